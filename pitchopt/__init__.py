@@ -1,0 +1,66 @@
+"""Individual pitch profiles for wind turbines.
+
+Given a turbine, a wind field over its rotor disc and the limits of its pitch actuators, find
+the pitch profile beta(psi) that trades mean torque against the variation of torque, tilt, yaw
+and thrust, and bound how far it is from the global optimum.
+
+Public names load on first use, so that ``import pitchopt`` stays short.  Signs, units and
+symbols: NOMENCLATURE.md; derivations: docs/theory.md.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from pitchopt.errors import ComputationError, InfeasibleError, InputError, PitchoptError
+
+if TYPE_CHECKING:
+    from pitchopt.aero.blade import Blade
+    from pitchopt.aero.curves import BladeCurves
+    from pitchopt.aero.fits import PolarFit, fit_polar
+    from pitchopt.aero.polars import Polar
+    from pitchopt.aero.rotor import Rotor
+    from pitchopt.aero.static_rotor import StaticRotor
+
+__all__ = [
+    "Blade",
+    "BladeCurves",
+    "ComputationError",
+    "InfeasibleError",
+    "InputError",
+    "PitchoptError",
+    "Polar",
+    "PolarFit",
+    "Rotor",
+    "StaticRotor",
+    "__version__",
+    "fit_polar",
+]
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "Blade": "pitchopt.aero.blade",
+    "BladeCurves": "pitchopt.aero.curves",
+    "Polar": "pitchopt.aero.polars",
+    "PolarFit": "pitchopt.aero.fits",
+    "Rotor": "pitchopt.aero.rotor",
+    "StaticRotor": "pitchopt.aero.static_rotor",
+    "fit_polar": "pitchopt.aero.fits",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name from its module on first use (PEP 562)."""
+    home = _HOME.get(name)
+    if home is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(home), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """Public names, loaded or not."""
+    return sorted(set(globals()) | set(__all__))

@@ -1,0 +1,502 @@
+"""BladeCurves: what one blade contributes at each azimuth, as a function of its own pitch.
+
+With the inflow of every blade element fixed, the loads that a blade contributes at one
+azimuth depend on that blade's own pitch there and on nothing else, and with piecewise-linear
+polars they are exactly piecewise linear in it.  A table of breakpoints per azimuth station is
+therefore the whole aerodynamic model that pitch design needs:
+
+    load_l(k) = sum over the B blades of f_ln(beta_n) + c_ln dbeta/dpsi_n,    n = k, k+m, ...
+
+Station n of N = B m stands at azimuth[0] + 2 pi n / N; the rotor at position k has its blades
+at the stations k, k + m, k + 2 m, ...  Frames and signs: blade up at psi = 0, clockwise seen
+from upwind; moments about the rotor centre, ``bending`` positive when the tip is pushed
+downwind, ``radial`` about the blade's own axis from root to tip;
+
+    tilt = sum(bending cos psi - radial sin psi),   yaw = sum(bending sin psi + radial cos psi).
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import tempfile
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pitchopt.errors import InputError
+
+__all__ = ["LOADS", "BladeCurves", "RotorLoads"]
+
+FloatArray = NDArray[np.float64]
+
+LOADS = ("torque", "tilt", "yaw", "thrust")
+"""Order of the four rotor loads wherever they share an axis."""
+
+_CURVES = ("torque", "bending", "thrust", "radial")
+_RATES = ("torque_rate", "bending_rate", "thrust_rate", "radial_rate")
+_MIN_SPACING = 1e-10  # [rad]; closer breakpoints make slopes of rounding errors
+_MAX_TABLE_BYTES = 1 << 30
+
+
+class RotorLoads(NamedTuple):
+    """Loads of a pitch profile over one blade passage.
+
+    Attributes
+    ----------
+    rotor : ndarray (4, m)
+        Torque, tilt, yaw [N m] and thrust [N] of the whole rotor at the m positions.
+    bending : ndarray (N,)
+        Bending moment of one blade about the rotor centre over the full turn [N m].
+    """
+
+    rotor: FloatArray
+    bending: FloatArray
+
+    @property
+    def mean(self) -> FloatArray:
+        """Means of torque, tilt, yaw, thrust over the positions, shape (4,)."""
+        return np.asarray(self.rotor.mean(axis=1))
+
+    @property
+    def rms(self) -> FloatArray:
+        """J: root mean square of the deviations from the mean, shape (4,)."""
+        return np.asarray(self.rotor.std(axis=1))
+
+    @property
+    def blade_rms(self) -> float:
+        """J_blade: root mean square deviation of one blade's bending over the turn [N m]."""
+        return float(self.bending.std())
+
+
+def _frozen(name: str, value: ArrayLike, shape: tuple[int, ...] | None = None) -> FloatArray:
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name}: expected numbers, got {type(value).__name__}") from error
+    if shape is not None and array.shape != shape:
+        raise InputError(f"{name}: got shape {array.shape}, expected {shape}")
+    if not np.all(np.isfinite(array)):
+        raise InputError(f"{name}: got {np.sum(~np.isfinite(array))} NaN or infinite values")
+    array.setflags(write=False)
+    return array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BladeCurves:
+    """Piecewise-linear loads of one blade over its pitch, at N azimuth stations.
+
+    Parameters
+    ----------
+    blades : int
+        Number of blades B, evenly spaced.
+    azimuth : array (N,)
+        Azimuth of the stations [rad], evenly spaced over one turn, N = B m.
+    beta : array (N, K)
+        Breakpoints in pitch [rad], each row strictly increasing.  The first and the last of a
+        row are the limits of pitch at that azimuth.
+    torque, bending, thrust : array (N, K)
+        Contributions of one blade at the breakpoints [N m], [N m], [N].
+    radial : array (N, K), optional
+        Moment about the blade's own axis [N m]; zero for a rotor without cone, prebend and
+        section moments.
+    torque_rate, bending_rate, thrust_rate, radial_rate : array (N,), optional
+        Load per dbeta/dpsi [N m/(rad/rad)], [N/(rad/rad)]: pitch rate moves the sections.
+    mean_pitch : float, optional
+        The mean pitch [rad] at which the wake was frozen; profiles keep this mean.
+
+    Raises
+    ------
+    InputError
+        If shapes differ, values are not finite, stations are not evenly spaced or
+        breakpoints do not increase.
+    """
+
+    blades: int
+    azimuth: FloatArray
+    beta: FloatArray
+    torque: FloatArray
+    bending: FloatArray
+    thrust: FloatArray
+    radial: FloatArray | None = None
+    torque_rate: FloatArray | None = None
+    bending_rate: FloatArray | None = None
+    thrust_rate: FloatArray | None = None
+    radial_rate: FloatArray | None = None
+    mean_pitch: float | None = None
+    notes: str = field(default="")
+
+    def __post_init__(self) -> None:
+        if isinstance(self.blades, bool) or int(self.blades) != self.blades or self.blades < 1:
+            raise InputError(f"blades: got {self.blades!r}, expected a whole number of at least 1")
+        azimuth = _frozen("azimuth", self.azimuth)
+        if azimuth.ndim != 1 or azimuth.size == 0 or azimuth.size % self.blades:
+            raise InputError(
+                f"azimuth: got shape {azimuth.shape}, expected (N,) with N a multiple of the "
+                f"{self.blades} blades"
+            )
+        stations = azimuth.size
+        expected = azimuth[0] + 2 * np.pi * np.arange(stations) / stations
+        if not np.allclose(azimuth, expected, rtol=0.0, atol=1e-6):
+            raise InputError("azimuth: stations must be evenly spaced over one full turn")
+        beta = _frozen("beta", self.beta)
+        if beta.ndim != 2 or beta.shape[0] != stations or beta.shape[1] < 2:
+            raise InputError(f"beta: got shape {beta.shape}, expected ({stations}, K), K >= 2")
+        spacing = np.diff(beta, axis=1)
+        if np.any(spacing < _MIN_SPACING):
+            row = int(np.argmin(spacing.min(axis=1)))
+            raise InputError(
+                f"beta: breakpoints must increase by at least {_MIN_SPACING:g} rad along each "
+                f"row; row {row} has a step of {spacing[row].min():.3g} rad"
+            )
+        set_ = object.__setattr__
+        set_(self, "blades", int(self.blades))
+        set_(self, "azimuth", azimuth)
+        set_(self, "beta", beta)
+        for name in _CURVES:
+            value = getattr(self, name)
+            value = np.zeros(beta.shape) if value is None else value
+            set_(self, name, _frozen(name, value, beta.shape))
+        for name in _RATES:
+            value = getattr(self, name)
+            value = np.zeros(stations) if value is None else value
+            set_(self, name, _frozen(name, value, (stations,)))
+        if self.mean_pitch is not None and not np.isfinite(self.mean_pitch):
+            raise InputError(f"mean_pitch: got {self.mean_pitch}, expected a finite angle")
+
+    # ---- sizes -------------------------------------------------------------------------
+
+    @property
+    def stations(self) -> int:
+        """N, the number of azimuth stations over the full turn."""
+        return int(self.azimuth.size)
+
+    @property
+    def positions(self) -> int:
+        """m = N / B, the number of rotor positions in one blade passage."""
+        return self.stations // self.blades
+
+    @property
+    def spacing(self) -> float:
+        """Azimuth between neighbouring stations [rad]."""
+        return 2 * np.pi / self.stations
+
+    @property
+    def lower(self) -> FloatArray:
+        """Lowest pitch at each station [rad], shape (N,)."""
+        return np.asarray(self.beta[:, 0])
+
+    @property
+    def upper(self) -> FloatArray:
+        """Highest pitch at each station [rad], shape (N,)."""
+        return np.asarray(self.beta[:, -1])
+
+    # ---- the loads that design works on --------------------------------------------------
+
+    @cached_property
+    def loads(self) -> FloatArray:
+        """Contributions to torque, tilt, yaw, thrust and the blade's bending, (5, N, K)."""
+        assert self.radial is not None  # set in __post_init__
+        c, s = np.cos(self.azimuth)[:, None], np.sin(self.azimuth)[:, None]
+        out = np.stack(
+            [
+                self.torque,
+                self.bending * c - self.radial * s,
+                self.bending * s + self.radial * c,
+                self.thrust,
+                self.bending,
+            ]
+        )
+        out.setflags(write=False)
+        return out
+
+    @cached_property
+    def rates(self) -> FloatArray:
+        """The same five loads per dbeta/dpsi, shape (5, N)."""
+        assert self.bending_rate is not None and self.radial_rate is not None
+        c, s = np.cos(self.azimuth), np.sin(self.azimuth)
+        out = np.stack(
+            [
+                np.asarray(self.torque_rate),
+                self.bending_rate * c - self.radial_rate * s,
+                self.bending_rate * s + self.radial_rate * c,
+                np.asarray(self.thrust_rate),
+                self.bending_rate,
+            ]
+        )
+        out.setflags(write=False)
+        return out
+
+    @cached_property
+    def slopes(self) -> FloatArray:
+        """Slopes of the five loads on the K - 1 segments, shape (5, N, K - 1)."""
+        out = np.diff(self.loads, axis=2) / np.diff(self.beta, axis=1)
+        out.setflags(write=False)
+        return np.asarray(out)
+
+    @cached_property
+    def _keys(self) -> FloatArray:
+        """Rows of ``beta`` laid end to end, for one sorted search over all stations."""
+        base = self.beta[:, :1]
+        span = float(np.max(self.beta[:, -1:] - base)) + 1.0
+        return np.asarray((self.beta - base + span * np.arange(self.stations)[:, None]).ravel())
+
+    def segment(self, profile: ArrayLike) -> NDArray[np.intp]:
+        """Segment that holds each station's pitch, shape (N,); ends count as inside."""
+        beta = np.asarray(profile, dtype=np.float64)
+        n, k = self.beta.shape
+        span = float(np.max(self.beta[:, -1] - self.beta[:, 0])) + 1.0
+        shifted = np.clip(beta - self.lower, 0.0, self.upper - self.lower)
+        flat = np.searchsorted(self._keys, shifted + span * np.arange(n), side="right") - 1
+        return np.asarray(np.clip(flat - k * np.arange(n), 0, k - 2))
+
+    def contributions(self, profile: ArrayLike) -> FloatArray:
+        """Five loads of the blade at each station, without the rate terms, shape (5, N).
+
+        Outside the breakpoints the first or last segment is continued.
+        """
+        beta = np.asarray(profile, dtype=np.float64)
+        rows = np.arange(self.stations)
+        j = self.segment(beta)
+        return np.asarray(
+            self.loads[:, rows, j] + self.slopes[:, rows, j] * (beta - self.beta[rows, j])
+        )
+
+    def profile_rate(self, profile: FloatArray) -> FloatArray:
+        """Central difference dbeta/dpsi at the stations, shape (N,)."""
+        if self.stations < 2:
+            return np.zeros(self.stations)
+        return np.asarray((np.roll(profile, -1) - np.roll(profile, 1)) / (2 * self.spacing))
+
+    def evaluate(self, profile: ArrayLike) -> RotorLoads:
+        """Loads of the rotor under one pitch profile for all blades.
+
+        Parameters
+        ----------
+        profile : array (N,)
+            Pitch at the stations [rad].
+        """
+        beta = np.asarray(profile, dtype=np.float64)
+        if beta.shape != (self.stations,):
+            raise InputError(f"profile: got shape {beta.shape}, expected ({self.stations},)")
+        blade = self.contributions(beta) + self.rates * self.profile_rate(beta)
+        rotor = blade[:4].reshape(4, self.blades, self.positions).sum(axis=1)
+        return RotorLoads(rotor=np.asarray(rotor), bending=np.asarray(blade[4]))
+
+    def evaluate_constant(self, pitch: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Loads of constant pitches: rotor (P, 4, m) and bending (P, N) for P angles [rad]."""
+        angles = np.atleast_1d(np.asarray(pitch, dtype=np.float64))
+        results = [self.evaluate(np.full(self.stations, angle)) for angle in angles]
+        return np.stack([r.rotor for r in results]), np.stack([r.bending for r in results])
+
+    @cached_property
+    def concavity_error(self) -> float:
+        """Largest rise of the torque slope between neighbouring segments, as a share of the
+        largest slope; zero when torque is concave in pitch at every station."""
+        slopes = self.slopes[0]
+        if slopes.shape[1] < 2:
+            return 0.0
+        scale = float(np.max(np.abs(slopes)))
+        rise = float(np.max(np.diff(slopes, axis=1)))
+        return max(rise, 0.0) / scale if scale > 0 else 0.0
+
+    @property
+    def concave(self) -> bool:
+        """True when torque is concave in pitch at every station, to rounding (1e-6)."""
+        return self.concavity_error <= 1e-6
+
+    def with_limits(self, lower: ArrayLike, upper: ArrayLike) -> BladeCurves:
+        """The same curves on narrower pitch intervals, with both ends as breakpoints.
+
+        Parameters
+        ----------
+        lower, upper : float or array (N,)
+            New limits [rad]; what lies outside the present ones is ignored.
+
+        Raises
+        ------
+        InputError
+            If an interval is empty.
+        """
+        low = np.maximum(self.lower, np.broadcast_to(np.asarray(lower, float), (self.stations,)))
+        high = np.minimum(self.upper, np.broadcast_to(np.asarray(upper, float), (self.stations,)))
+        if np.any(high - low < _MIN_SPACING):
+            row = int(np.argmin(high - low))
+            raise InputError(
+                f"pitch limits: no pitch is left at azimuth {np.degrees(self.azimuth[row]):.1f} "
+                f"deg (from {np.degrees(low[row]):.3f} to {np.degrees(high[row]):.3f} deg)"
+            )
+        if np.all(low <= self.lower) and np.all(high >= self.upper):
+            return self
+        margin = 10 * _MIN_SPACING
+        rows = [
+            np.concatenate(
+                ([low[n]], b[(b > low[n] + margin) & (b < high[n] - margin)], [high[n]])
+            )
+            for n, b in enumerate(self.beta)
+        ]
+        width = max(row.size for row in rows)
+        beta = np.stack([_padded(row, width) for row in rows])
+        curves = {
+            name: np.stack(
+                [
+                    np.interp(beta[n], self.beta[n], getattr(self, name)[n])
+                    for n in range(self.stations)
+                ]
+            )
+            for name in _CURVES
+        }
+        return replace(self, beta=beta, **curves)
+
+    # ---- files ---------------------------------------------------------------------------
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the curves to one table, whole or not at all.
+
+        ``.npz`` holds the arrays by name; ``.csv`` holds one row per breakpoint with the
+        columns station, azimuth, beta and the loads, the rates repeated on each row of a
+        station, and a first comment line with blades and mean_pitch.
+        """
+        target = Path(path)
+        if target.suffix == ".npz":
+            buffer = io.BytesIO()
+            arrays: dict[str, Any] = {name: getattr(self, name) for name in _CURVES + _RATES}
+            if self.mean_pitch is not None:
+                arrays["mean_pitch"] = self.mean_pitch
+            np.savez_compressed(
+                buffer, blades=self.blades, azimuth=self.azimuth, beta=self.beta, **arrays
+            )
+            payload = buffer.getvalue()
+        elif target.suffix == ".csv":
+            text = io.StringIO()
+            mean = "" if self.mean_pitch is None else f" mean_pitch={self.mean_pitch!r}"
+            text.write(f"# blades={self.blades}{mean}\n")
+            writer = csv.writer(text, lineterminator="\n")
+            writer.writerow(("station", "azimuth", "beta", *_CURVES, *_RATES))
+            for n in range(self.stations):
+                rates = [repr(float(getattr(self, name)[n])) for name in _RATES]
+                for k in range(self.beta.shape[1]):
+                    values = [repr(float(getattr(self, name)[n, k])) for name in _CURVES]
+                    lead = (n, repr(float(self.azimuth[n])), repr(float(self.beta[n, k])))
+                    writer.writerow((*lead, *values, *rates))
+            payload = text.getvalue().encode()
+        else:
+            raise InputError(f"path: got {target.name!r}, expected a name ending in .npz or .csv")
+        handle, temporary = tempfile.mkstemp(dir=target.parent or ".", prefix=target.name)
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(payload)
+            os.replace(temporary, target)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
+        return target
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> BladeCurves:
+        """Read curves that :meth:`save` or any other aerodynamic code wrote.
+
+        In an NPZ, ``blades``, ``azimuth``, ``beta``, ``torque``, ``bending`` and ``thrust``
+        are needed; in a CSV the columns ``station``, ``azimuth``, ``beta``, ``torque``,
+        ``bending``, ``thrust`` and a first line ``# blades=3``.  Rows of a station may differ
+        in number: shorter ones are padded by splitting segments, which changes no curve.
+        """
+        source = Path(path)
+        try:
+            size = source.stat().st_size
+        except OSError as error:
+            raise InputError(f"curves file: cannot read {source} ({error.strerror})") from error
+        if not source.is_file() or size == 0 or size > _MAX_TABLE_BYTES:
+            raise InputError(f"curves file: {source} is empty, huge or not a file ({size} bytes)")
+        if source.suffix == ".npz":
+            return cls(**_read_npz(source))
+        if source.suffix == ".csv":
+            return cls(**_read_csv(source))
+        raise InputError(f"curves file: got {source.name!r}, expected .npz or .csv")
+
+
+def _padded(row: FloatArray, width: int) -> FloatArray:
+    """Breakpoints brought to ``width`` by halving the widest intervals."""
+    while row.size < width:
+        j = int(np.argmax(np.diff(row)))
+        row = np.insert(row, j + 1, 0.5 * (row[j] + row[j + 1]))
+    return row
+
+
+def _read_npz(source: Path) -> dict[str, Any]:
+    known = {"blades", "azimuth", "beta", "mean_pitch", *_CURVES, *_RATES}
+    needed = {"blades", "azimuth", "beta", "torque", "bending", "thrust"}
+    try:
+        with np.load(source, allow_pickle=False) as data:
+            content: dict[str, Any] = {name: data[name] for name in data.files if name in known}
+    except Exception as error:
+        raise InputError(f"curves file: {source} is not a readable NPZ ({error})") from error
+    missing = sorted(needed - content.keys())
+    if missing:
+        raise InputError(f"curves file: {source} lacks {', '.join(missing)}")
+    for name in ("blades", "mean_pitch"):
+        if name in content:
+            if content[name].size != 1:
+                raise InputError(f"{name}: got shape {content[name].shape}, expected one number")
+            content[name] = content[name].item()
+    return content
+
+
+def _read_csv(source: Path) -> dict[str, Any]:
+    try:
+        lines = source.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"curves file: {source} is not text ({error})") from error
+    header: dict[str, str] = {}
+    while lines and lines[0].startswith("#"):
+        header.update(p.split("=", 1) for p in lines.pop(0)[1:].split() if "=" in p)
+    rows = list(csv.DictReader(lines))
+    needed = ("station", "azimuth", "beta", "torque", "bending", "thrust")
+    missing = [name for name in needed if not rows or name not in rows[0]]
+    if missing or "blades" not in header:
+        what = "the line '# blades=3'" if not missing else "the columns " + ", ".join(missing)
+        raise InputError(f"curves file: {source} lacks {what}")
+    try:
+        station = np.array([int(row["station"]) for row in rows])
+        columns = {
+            name: np.array([float(row[name]) for row in rows])
+            for name in ("azimuth", "beta", *_CURVES, *_RATES)
+            if name in rows[0]
+        }
+        blades = int(header["blades"])
+        mean = float(header["mean_pitch"]) if "mean_pitch" in header else None
+    except (TypeError, ValueError) as error:
+        raise InputError(f"curves file: {source} holds something else than numbers") from error
+    for name, values in columns.items():
+        _frozen(name, values)
+    groups = [np.flatnonzero(station == n) for n in range(int(station.max()) + 1)]
+    if any(group.size < 2 for group in groups) or station.min() < 0:
+        raise InputError(f"curves file: {source} needs at least two rows for every station")
+    for n, group in enumerate(groups):
+        if np.any(np.diff(columns["beta"][group]) <= 0):
+            raise InputError(f"beta: breakpoints of station {n} in {source} must increase")
+    width = max(group.size for group in groups)
+    beta = np.stack([_padded(columns["beta"][group], width) for group in groups])
+    out: dict[str, Any] = {
+        "blades": blades,
+        "azimuth": np.array([columns["azimuth"][group[0]] for group in groups]),
+        "beta": beta,
+        "mean_pitch": mean,
+    }
+    for name in _CURVES:
+        if name in columns:
+            out[name] = np.stack(
+                [
+                    np.interp(beta[n], columns["beta"][group], columns[name][group])
+                    for n, group in enumerate(groups)
+                ]
+            )
+    for name in _RATES:
+        if name in columns:
+            out[name] = np.array([columns[name][group[0]] for group in groups])
+    return out

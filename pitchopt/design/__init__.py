@@ -1,0 +1,40 @@
+"""Pitch design on BladeCurves: limits, convex programs, sequential convex programming, bounds."""
+
+from __future__ import annotations
+
+from pitchopt.design.certificate import lagrangian_bound
+from pitchopt.design.limits import PitchLimits
+from pitchopt.design.multipliers import Multipliers
+from pitchopt.design.problem import DesignProblem, LoadWeights, Objective
+from pitchopt.design.program import ConvexSubproblem
+from pitchopt.design.relaxation import Relaxation, relax
+from pitchopt.design.results import Design, Status, Tradeoff
+from pitchopt.design.scp import LocalSolution, ScpSettings, solve_local
+from pitchopt.design.task import CurvesModel, DesignTask, PitchModel
+from pitchopt.design.tradeoff import constant, default_mu, design, power_max, tradeoff
+
+__all__ = [
+    "ConvexSubproblem",
+    "CurvesModel",
+    "Design",
+    "DesignProblem",
+    "DesignTask",
+    "LoadWeights",
+    "LocalSolution",
+    "Multipliers",
+    "Objective",
+    "PitchLimits",
+    "PitchModel",
+    "Relaxation",
+    "ScpSettings",
+    "Status",
+    "Tradeoff",
+    "constant",
+    "default_mu",
+    "design",
+    "lagrangian_bound",
+    "power_max",
+    "relax",
+    "solve_local",
+    "tradeoff",
+]

@@ -1,0 +1,150 @@
+"""Upper bounds that trust no solver: the Lagrangian of the design problem at given multipliers.
+
+For the normal form of :mod:`pitchopt.design.problem`, take any
+
+    y_l over positions with zero mean and norm at most lambda_l / sqrt(m),
+    y_b over stations with zero mean and norm at most (lambda_b + eta) / sqrt(N),
+    w cyclic over stations, nu_min, nu_max, eta >= 0, zeta free.
+
+Because lambda J = max of y . load over such y, and each constraint with its multiplier can
+only raise the value of a feasible profile,
+
+    UB = sum_n max over beta in [lower_n, upper_n] of
+             [ a' torque_n / m - sum_l y_l,k(n) load_ln - y_bn bending_n + c_n beta_n ]
+         + D sum_n max(|w_n| - kappa, 0) - nu_min torque_min + nu_max torque_max
+         + eta blade_cap + zeta (beta_mean if frozen else 0),
+    a' = a + nu_min - nu_max,
+
+bounds the objective of every feasible profile.  c_n collects w_{n} - w_{n-1}, the pitch-rate
+terms of the neighbours and -zeta / N.  Each bracket is piecewise linear in one angle, so its
+maximum stands on a breakpoint and the evaluation is exact but for rounding, which is covered by
+moving the result outward.  With a frozen wake the bound holds for profiles of that mean pitch.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitchopt.design.multipliers import Multipliers
+from pitchopt.design.problem import DesignProblem, Objective
+
+__all__ = ["lagrangian_bound", "projected", "station_values"]
+
+FloatArray = NDArray[np.float64]
+
+_ROUNDING = 64.0 * np.finfo(np.float64).eps
+
+
+def projected(problem: DesignProblem, objective: Objective, mult: Multipliers) -> Multipliers:
+    """The nearest simple multipliers that satisfy the conditions of the bound."""
+    n, m = problem.curves.stations, problem.curves.positions
+    lam = objective.lambdas
+    shrink = 1.0 - 1e-12
+    loads = mult.loads - mult.loads.mean(axis=1, keepdims=True)
+    norm = np.linalg.norm(loads, axis=1)
+    allowed = lam[:4] / np.sqrt(m) * shrink
+    loads = loads * np.where(norm > allowed, allowed / np.maximum(norm, 1e-300), 1.0)[:, None]
+    finite_cap = np.isfinite(objective.blade_cap)
+    cap = max(mult.cap, 0.0) if finite_cap else 0.0
+    blade = mult.blade - mult.blade.mean()
+    blade_norm = float(np.linalg.norm(blade))
+    # a large enough eta admits y_b as it is, at the price eta blade_cap
+    blade_allowed = (lam[4] + cap) / np.sqrt(n) * shrink
+    if blade_norm > blade_allowed:
+        blade = blade * (blade_allowed / blade_norm) if blade_norm > 0 else blade
+    return Multipliers(
+        loads=loads,
+        blade=blade,
+        rate=np.array(mult.rate, dtype=np.float64),
+        torque_min=max(mult.torque_min, 0.0) if np.isfinite(objective.torque_min) else 0.0,
+        torque_max=max(mult.torque_max, 0.0) if np.isfinite(objective.torque_max) else 0.0,
+        cap=cap,
+        mean=mult.mean if problem.curves.mean_pitch is not None else 0.0,
+    )
+
+
+def linear_terms(problem: DesignProblem, objective: Objective, mult: Multipliers) -> FloatArray:
+    """c_n: what rate limits, pitch-rate terms and the mean add per radian of pitch, (N,)."""
+    curves = problem.curves
+    c = mult.rate - np.roll(mult.rate, 1)
+    if np.any(curves.rates):
+        gain = objective.torque + mult.torque_min - mult.torque_max
+        per_rate = gain * curves.rates[0] / curves.positions - np.sum(
+            _station_weights(problem, mult) * curves.rates, axis=0
+        )
+        # dbeta/dpsi at n is (beta_{n+1} - beta_{n-1}) / (2 spacing)
+        c = c + (np.roll(per_rate, 1) - np.roll(per_rate, -1)) / (2 * curves.spacing)
+    if curves.mean_pitch is not None:
+        c = c - mult.mean / curves.stations
+    return np.asarray(c)
+
+
+def _station_weights(problem: DesignProblem, mult: Multipliers) -> FloatArray:
+    """y of the five loads at every station, shape (5, N)."""
+    return np.concatenate([np.tile(mult.loads, (1, problem.curves.blades)), mult.blade[None]])
+
+
+def station_values(problem: DesignProblem, objective: Objective, mult: Multipliers) -> FloatArray:
+    """The bracket of the bound at every breakpoint, shape (N, K)."""
+    curves = problem.curves
+    gain = objective.torque + mult.torque_min - mult.torque_max
+    values = (gain / curves.positions) * curves.torque
+    y = _station_weights(problem, mult)
+    for q in range(5):
+        if np.any(y[q]):
+            values = values - y[q][:, None] * curves.loads[q]
+    return np.asarray(values + linear_terms(problem, objective, mult)[:, None] * curves.beta)
+
+
+def constant_terms(problem: DesignProblem, objective: Objective, mult: Multipliers) -> FloatArray:
+    """The terms of the bound that no breakpoint enters."""
+    terms = [problem.step * float(np.sum(np.maximum(np.abs(mult.rate) - objective.travel, 0.0)))]
+    if mult.torque_min > 0:
+        terms.append(-mult.torque_min * objective.torque_min)
+    if mult.torque_max > 0:
+        terms.append(mult.torque_max * objective.torque_max)
+    if mult.cap > 0:
+        terms.append(mult.cap * objective.blade_cap)
+    if problem.curves.mean_pitch is not None:
+        terms.append(mult.mean * problem.curves.mean_pitch)
+    return np.array(terms)
+
+
+def lagrangian_bound(
+    problem: DesignProblem, objective: Objective, mult: Multipliers
+) -> tuple[float, FloatArray]:
+    """Upper bound on the objective of every feasible profile, and the brackets behind it.
+
+    Parameters
+    ----------
+    problem : DesignProblem
+    objective : Objective
+    mult : Multipliers
+        Any numbers at all; they are projected first, so that the result is always a bound.
+
+    Returns
+    -------
+    bound : float
+        Rounded outward [N m].
+    values : ndarray (N, K)
+        The bracket at every breakpoint, for pricing.
+    """
+    mult = projected(problem, objective, mult)
+    values = station_values(problem, objective, mult)
+    maxima = values.max(axis=1)
+    constants = constant_terms(problem, objective, mult)
+    bound = float(np.sum(maxima) + np.sum(constants))
+    curves = problem.curves
+    y = _station_weights(problem, mult)
+    gain = abs(objective.torque) + mult.torque_min + mult.torque_max
+    size = gain / curves.positions * float(np.sum(np.max(np.abs(curves.torque), axis=1)))
+    size += float(np.sum(np.abs(y) * np.max(np.abs(curves.loads), axis=2)))
+    size += float(np.sum(np.abs(linear_terms(problem, objective, mult)) * _reach(problem)))
+    size += float(np.sum(np.abs(constants)))
+    return bound + _ROUNDING * np.sqrt(curves.stations) * size, values
+
+
+def _reach(problem: DesignProblem) -> FloatArray:
+    curves = problem.curves
+    return np.maximum(np.abs(curves.lower), np.abs(curves.upper))

@@ -1,0 +1,39 @@
+"""Lagrange multipliers that subproblems and the hull relaxation share, and certificates store."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Multipliers"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Multipliers:
+    """Multipliers of the normal form in :mod:`pitchopt.design.problem`.
+
+    Attributes
+    ----------
+    loads : ndarray (4, m)
+        y_l over rotor positions, zero mean and norm at most lambda_l / sqrt(m) [-].
+    blade : ndarray (N,)
+        The same for one blade's bending, norm at most (lambda_b + cap) / sqrt(N).
+    rate : ndarray (N,)
+        w_n of the change from station n to n + 1, in either direction [N m/rad].
+    torque_min, torque_max, cap : float
+        Multipliers of the torque limits [-] and of the blade cap [-], 0 or more.
+    mean : float
+        Multiplier of the mean-pitch condition [N m/rad].
+    """
+
+    loads: FloatArray
+    blade: FloatArray
+    rate: FloatArray
+    torque_min: float = 0.0
+    torque_max: float = 0.0
+    cap: float = 0.0
+    mean: float = 0.0

@@ -1,0 +1,222 @@
+"""The convex-hull relaxation: each station's curve replaced by the hull of its breakpoints.
+
+    beta_n = sum_j theta_nj b_nj,  load_ln = sum_j theta_nj load_l(b_nj),  theta >= 0, sum_j = 1,
+
+a second-order cone program whose value bounds the design problem, and whose pitch is a start
+that no constant profile reaches.  It is solved by column generation: a few breakpoints per
+station, the multipliers of that program, the exact bound of :mod:`pitchopt.design.certificate`
+over *all* breakpoints, whose maximisers enter next.  Every round yields a valid bound; the
+rounds end when it meets the value of the program.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitchopt.design.certificate import lagrangian_bound, projected
+from pitchopt.design.cones import ConeProgram
+from pitchopt.design.multipliers import Multipliers
+from pitchopt.design.problem import DesignProblem, Objective
+
+__all__ = ["Relaxation", "relax"]
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_FIRST_COLUMNS = 7  # breakpoints per station in the first round, evenly spaced
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Relaxation:
+    """Bound, its multipliers, and the pitch that the relaxed weights imply."""
+
+    upper_bound: float
+    multipliers: Multipliers
+    profile: FloatArray
+    rounds: int
+    closed: bool
+
+
+def relax(
+    problem: DesignProblem,
+    objective: Objective,
+    *,
+    profile: FloatArray | None = None,
+    rounds: int = 12,
+    tolerance: float = 1e-5,
+) -> Relaxation | None:
+    """Solve the hull relaxation and bound the design problem.
+
+    Parameters
+    ----------
+    problem, objective
+        As in :func:`pitchopt.design.scp.solve_local`; harmonics are left out (the bound of the
+        wider problem).
+    profile : array (N,), optional
+        A good profile; the breakpoints around it are among the first columns.
+    rounds : int
+        At most this many rounds of column generation.
+    tolerance : float
+        Bound minus relaxed value, as a share of the largest mean torque, that ends it.
+
+    Returns
+    -------
+    Relaxation or None
+        None when the cone solver failed in the first round; a failure later ends the rounds.
+    """
+    curves = problem.curves
+    n, k = curves.beta.shape
+    active = np.zeros((n, k), dtype=bool)
+    active[:, np.unique(np.linspace(0, k - 1, min(_FIRST_COLUMNS, k)).astype(int))] = True
+    rows = np.arange(n)
+    if profile is not None:
+        j = curves.segment(profile)
+        active[rows, j] = active[rows, j + 1] = True
+    scale = float(np.abs(curves.torque).max(axis=1).sum()) / curves.positions
+    best: Relaxation | None = None
+    for count in range(1, rounds + 1):
+        solved = _solve_hull(problem, objective, active, scale)
+        if solved is None:
+            break
+        value, mult, implied = solved
+        mult = projected(problem, objective, mult)
+        bound, values = lagrangian_bound(problem, objective, mult)
+        closed = bound - value <= tolerance * scale
+        if best is None or bound < best.upper_bound:
+            best = Relaxation(
+                upper_bound=bound, multipliers=mult, profile=implied, rounds=count, closed=closed
+            )
+        if closed:
+            break
+        top = values.max(axis=1)
+        current = np.where(active, values, -np.inf).max(axis=1)
+        if not _enlarge(active, values, top - current > 1e-9 * scale / n):
+            break
+    return best
+
+
+def _enlarge(active: BoolArray, values: FloatArray, wanting: BoolArray) -> bool:
+    """Add each wanting station's best breakpoint and its neighbours; True if any was new."""
+    before = int(active.sum())
+    rows = np.flatnonzero(wanting)
+    best = values[rows].argmax(axis=1)
+    last = values.shape[1] - 1
+    for shift in (-1, 0, 1):
+        active[rows, np.clip(best + shift, 0, last)] = True
+    return int(active.sum()) > before
+
+
+def _solve_hull(
+    problem: DesignProblem, objective: Objective, active: BoolArray, scale: float
+) -> tuple[float, Multipliers, FloatArray] | None:
+    curves = problem.curves
+    n_stations, m = curves.stations, curves.positions
+    station, column = np.nonzero(active)
+    pitch = curves.beta[station, column]
+    loads = curves.loads[:, station, column]
+    theta = np.arange(station.size)
+    position = station % m
+    lam, rates = objective.lambdas, curves.rates
+    half = 0.5 / curves.spacing
+    has_rates = bool(np.any(rates))
+
+    program = ConeProgram()
+    torque = loads[0] / m
+    if has_rates:
+        folded = (np.roll(rates[0], 1) - np.roll(rates[0], -1)) * half / m
+        torque = torque + folded[station] * pitch
+    program.variables("theta", station.size, cost=-objective.torque * torque / scale)
+    cones = [q for q in range(5) if lam[q] > 0 or (q == 4 and np.isfinite(objective.blade_cap))]
+    spread = {q: max(float(loads[q].std()) * np.sqrt(curves.blades), 1e-300) for q in cones}
+    for q in cones:
+        program.variables(f"s{q}", 1, cost=lam[q] * spread[q] / scale)
+        program.variables(f"mean{q}", 1)
+    if objective.travel > 0:
+        program.variables("u", n_stations, cost=objective.travel / scale)
+    program.zero(np.ones(n_stations), (station, theta, 1.0))
+    mean_block = None
+    if curves.mean_pitch is not None:
+        mean_block = program.zero(np.array([curves.mean_pitch]), (0, theta, pitch / n_stations))
+    program.nonneg(np.zeros(station.size), (theta, theta, -1.0))
+    following = (station - 1) % n_stations
+    rate_blocks = []
+    for sign in (1.0, -1.0):
+        rate_blocks.append(
+            program.nonneg(
+                np.full(n_stations, problem.step),
+                (following, theta, sign * pitch),
+                (station, theta, -sign * pitch),
+            )
+        )
+    single: dict[str, slice] = {}
+    if np.isfinite(objective.torque_min):
+        single["min"] = program.nonneg(
+            np.array([-objective.torque_min / scale]), (0, theta, -torque / scale)
+        )
+    if np.isfinite(objective.torque_max):
+        single["max"] = program.nonneg(
+            np.array([objective.torque_max / scale]), (0, theta, torque / scale)
+        )
+    if np.isfinite(objective.blade_cap):
+        single["cap"] = program.nonneg(
+            np.array([objective.blade_cap / spread[4]]), (0, program.at["s4"].start, 1.0)
+        )
+    travel_blocks = []
+    if objective.travel > 0:
+        index = np.arange(n_stations)
+        for sign in (1.0, -1.0):
+            travel_blocks.append(
+                program.nonneg(
+                    np.zeros(n_stations),
+                    (following, theta, sign * pitch),
+                    (station, theta, -sign * pitch),
+                    (index, program.at["u"].start + index, -1.0),
+                )
+            )
+    blocks: dict[int, slice] = {}
+    for q in cones:
+        size, at = (n_stations, station) if q == 4 else (m, position)
+        weight = 1.0 / (np.sqrt(size) * spread[q])
+        entries: list[tuple[Any, Any, Any]] = [
+            (0, program.at[f"s{q}"].start, -1.0),
+            (1 + at, theta, -loads[q] * weight),
+            (1 + np.arange(size), program.at[f"mean{q}"].start, 1.0 / np.sqrt(size)),
+        ]
+        if has_rates:
+            before, after = (station - 1) % n_stations, (station + 1) % n_stations
+            for other, sign in ((before, 1.0), (after, -1.0)):
+                where = other if q == 4 else other % m
+                entries.append((1 + where, theta, -sign * rates[q][other] * half * pitch * weight))
+        blocks[q] = program.second_order(np.zeros(1 + size), *entries)
+
+    solution = program.solve()
+    if not solution.solved:
+        return None
+    x, z = solution.x, solution.z * scale
+    y_loads, y_blade = np.zeros((4, m)), np.zeros(n_stations)
+    for q in cones:
+        y = -z[blocks[q].start + 1 : blocks[q].stop] / (
+            np.sqrt(n_stations if q == 4 else m) * spread[q]
+        )
+        if q == 4:
+            y_blade = y
+        else:
+            y_loads[q] = y
+    w = z[rate_blocks[0]] - z[rate_blocks[1]]
+    if travel_blocks:
+        w = w + z[travel_blocks[0]] - z[travel_blocks[1]]
+    mult = Multipliers(
+        loads=y_loads,
+        blade=y_blade,
+        rate=w,
+        torque_min=float(z[single["min"]][0]) / scale if "min" in single else 0.0,
+        torque_max=float(z[single["max"]][0]) / scale if "max" in single else 0.0,
+        cap=float(z[single["cap"]][0]) / spread[4] if "cap" in single else 0.0,
+        mean=float(z[mean_block][0]) if mean_block is not None else 0.0,
+    )
+    implied = np.bincount(station, weights=x[theta] * pitch, minlength=n_stations)
+    return -float(program.cost @ x) * scale, mult, implied

@@ -1,0 +1,400 @@
+"""Sequential convex programming with a trust region, and the exact finish on segments.
+
+Two phases, both monotone in the true merit of the BladeCurves,
+
+    merit = value - rho_T (excess of the torque limits) - rho_b (excess of the blade cap).
+
+1. Trust region: solve the subproblem of :mod:`pitchopt.design.direct` in a box around the
+   profile, judge the step by the ratio of true to promised gain, grow or shrink the box.
+2. Cells: with every station confined to the segment it stands on, all loads are affine and the
+   subproblem *is* the problem, so one solve gives the cell's exact optimum.  A station that
+   ends on the edge of its segment is moved to the neighbouring one when the multipliers say
+   that the neighbour's slopes gain.  Cells share the edge, so the merit never falls; when no
+   move gains, the profile is a local optimum of the piecewise-linear problem.
+
+Phase 1 alone stalls on the kinks of the loads, where no single slope describes both sides.
+Reference for phase 1: paper 003, section IV.B.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitchopt.aero.curves import RotorLoads
+from pitchopt.design.direct import Subproblem, SubproblemSolution
+from pitchopt.design.multipliers import Multipliers
+from pitchopt.design.problem import DesignProblem, Objective
+from pitchopt.design.results import Status
+from pitchopt.errors import InputError
+
+if TYPE_CHECKING:
+    from pitchopt.design.program import ConvexSubproblem
+
+    Solver = Subproblem | ConvexSubproblem
+
+__all__ = ["LocalSolution", "ScpSettings", "solve_local"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+
+_PENALTY_START = 10.0
+_PENALTY_MAX = 1e7
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScpSettings:
+    """Numbers that steer the local solve.
+
+    Attributes
+    ----------
+    radius : float
+        First half-width of the trust region [rad].
+    tolerance : float
+        Promised gain, as a share of the torque scale, at which phase 1 hands over.
+    finish : float
+        Gain, as a share of the torque scale, below which phase 2 ends.
+    max_steps, max_cells : int
+        Limits on the subproblems of the two phases.
+    """
+
+    radius: float = np.radians(3.0)
+    tolerance: float = 3e-6
+    finish: float = 1e-9
+    max_steps: int = 40
+    max_cells: int = 80
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LocalSolution:
+    """A local optimum: profile, loads, value, multipliers of the last convex subproblem."""
+
+    profile: FloatArray
+    loads: RotorLoads
+    value: float
+    multipliers: Multipliers
+    status: Status
+    message: str
+    iterations: int
+    seconds: float
+    solver_seconds: float
+    history: tuple[float, ...]
+
+
+class _Merit:
+    """True merit of profiles, with the exact-penalty weights of the moment."""
+
+    def __init__(self, problem: DesignProblem, objective: Objective) -> None:
+        self.problem = problem
+        self.objective = objective
+        self.penalty = (_PENALTY_START, _PENALTY_START * max(1.0, *objective.rms))
+
+    def __call__(self, profile: FloatArray) -> float:
+        loads = self.problem.curves.evaluate(profile)
+        travel = self.problem.travel(profile) if self.objective.travel > 0 else 0.0
+        value = self.problem.value_of(loads, travel, self.objective)
+        torque, blade = self.problem.excess(loads, self.objective)
+        return value - self.penalty[0] * torque - self.penalty[1] * blade
+
+    def excess(self, profile: FloatArray) -> tuple[float, float]:
+        return self.problem.excess(self.problem.curves.evaluate(profile), self.objective)
+
+
+class _Run:
+    """State of one local solve."""
+
+    def __init__(
+        self,
+        problem: DesignProblem,
+        objective: Objective,
+        start: FloatArray,
+        settings: ScpSettings,
+        subproblem: Solver,
+        should_stop: Callable[[], bool] | None,
+    ) -> None:
+        self.problem, self.objective, self.settings = problem, objective, settings
+        self.subproblem = subproblem
+        self.should_stop = should_stop
+        self.merit = _Merit(problem, objective)
+        self.profile = problem.repaired(start)
+        self.best = self.merit(self.profile)
+        self.scale = max(abs(float(problem.curves.evaluate(self.profile).mean[0])), 1e-300)
+        self.history = [self.best]
+        self.last: SubproblemSolution | None = None
+        self.solves, self.solver_seconds, self.failures = 0, 0.0, 0
+        self.fallback: ConvexSubproblem | None = None
+
+    def solve(
+        self, low: FloatArray, high: FloatArray, segments: IntArray | None = None
+    ) -> SubproblemSolution:
+        """One subproblem; a failure is tried again with the other scaling, then by cvxpy."""
+        point = np.clip(self.profile, low, high)
+        for attempt in range(3):
+            self.solves += 1
+            if attempt < 2:
+                out = self.subproblem.solve(
+                    point,
+                    self.objective,
+                    low=low,
+                    high=high,
+                    penalty=self.merit.penalty,
+                    segments=segments,
+                    tight=attempt == 1,
+                )
+            else:
+                if self.fallback is None:
+                    from pitchopt.design.program import ConvexSubproblem
+
+                    self.fallback = ConvexSubproblem(self.problem, self.objective)
+                out = self.fallback.solve(
+                    point,
+                    self.objective,
+                    low=low,
+                    high=high,
+                    penalty=self.merit.penalty,
+                    segments=segments,
+                )
+            self.solver_seconds += out.solve_seconds
+            if out.solved:
+                self.last = out
+                return out
+        self.failures += 1
+        return out
+
+    def stopped(self) -> bool:
+        return self.should_stop is not None and self.should_stop()
+
+    def accept(self, profile: FloatArray, merit: float) -> None:
+        self.profile, self.best = profile, merit
+        self.history.append(merit)
+
+    # ---- phase 1 ---------------------------------------------------------------------------
+
+    def trust_region(self) -> bool:
+        """Move to where the linear loads promise nothing more; False when steps ran out."""
+        radius = self.settings.radius
+        for _ in range(self.settings.max_steps):
+            if self.stopped():
+                return False
+            out = self.solve(self.profile - radius, self.profile + radius)
+            if not out.solved:
+                radius /= 4
+                if radius < 1e-7:
+                    return False
+                continue
+            candidate = self.problem.repaired(out.profile)
+            merit = self.merit(candidate)
+            promised = out.value - self.best
+            if promised <= self.settings.tolerance * self.scale:
+                if merit > self.best:
+                    self.accept(candidate, merit)
+                return True
+            ratio = (merit - self.best) / promised
+            moved = float(np.max(np.abs(candidate - self.profile)))
+            if ratio > 0.05:
+                self.accept(candidate, merit)
+            if ratio < 0.25:
+                radius = 0.35 * min(radius, max(moved, 0.1 * radius))
+                if radius < 1e-6:
+                    return True
+            elif ratio > 0.75 and moved > 0.8 * radius:
+                radius *= 2.0
+        return False
+
+    # ---- phase 2 ---------------------------------------------------------------------------
+
+    def cells(self) -> bool:
+        """Walk over segment cells to a local optimum; False when cells ran out."""
+        curves = self.problem.curves
+        rows, last = np.arange(curves.stations), curves.beta.shape[1] - 2
+        segment = curves.segment(self.profile)
+        threshold = self.settings.finish * self.scale
+        waiting: list[tuple[IntArray, FloatArray, IntArray]] = []
+        for count in range(self.settings.max_cells):
+            if self.stopped():
+                return False
+            low, high = curves.beta[rows, segment], curves.beta[rows, segment + 1]
+            out = self.solve(low, high, segments=segment)
+            if not out.solved:
+                return False
+            candidate = self.problem.repaired(out.profile)
+            merit = self.merit(candidate)
+            gain = merit - self.best
+            if gain > 0:
+                self.accept(candidate, merit)
+            if gain <= threshold and count > 0:
+                # the last set of moves gained nothing together: try its strongest half
+                if not waiting:
+                    return True
+                old, strength, move = waiting.pop()
+                keep = np.flatnonzero(move)
+                if keep.size <= 1:
+                    return True
+                strongest = keep[np.argsort(-strength[keep])[: keep.size // 2]]
+                half = np.zeros_like(move)
+                half[strongest] = move[strongest]
+                waiting.append((old, strength, half))
+                segment = old + half
+                continue
+            move, strength = self._moves(out, segment, low, high, last)
+            if not np.any(move):
+                return True
+            waiting = [(segment, strength, move)]
+            segment = segment + move
+        return False
+
+    def _moves(
+        self,
+        out: SubproblemSolution,
+        segment: IntArray,
+        low: FloatArray,
+        high: FloatArray,
+        last: int,
+    ) -> tuple[IntArray, FloatArray]:
+        """Stations on the edge of their segment whose neighbour's slopes gain."""
+        edge = 1e-6 * (high - low) + 1e-10
+        up = (out.profile > high - edge) & (segment < last)
+        down = (out.profile < low + edge) & (segment > 0)
+        slope_up = self._reduced_slope(out.multipliers, np.minimum(segment + 1, last))
+        slope_down = -self._reduced_slope(out.multipliers, np.maximum(segment - 1, 0))
+        floor = 1e-6 * float(np.max(np.abs(self._reduced_slope(out.multipliers, segment))))
+        floor = max(floor, 1e-9 * self.scale)
+        up &= slope_up > floor
+        down &= slope_down > floor
+        move = up.astype(np.intp) - (down & ~up).astype(np.intp)
+        return move, np.where(up, slope_up, np.where(down, slope_down, 0.0))
+
+    def _reduced_slope(self, mult: Multipliers, segment: IntArray) -> FloatArray:
+        """Slope of the Lagrangian in each station's pitch on the given segments [N m/rad]."""
+        curves = self.problem.curves
+        slopes = curves.slopes[:, np.arange(curves.stations), segment]
+        gain = self.objective.torque + mult.torque_min - mult.torque_max
+        y = np.concatenate([np.tile(mult.loads, (1, curves.blades)), mult.blade[None]])
+        torque_rate, load_rate = self._rate_terms(y, gain)
+        return np.asarray(
+            gain * slopes[0] / curves.positions
+            - np.sum(y * slopes, axis=0)
+            + torque_rate
+            - load_rate
+            + mult.rate
+            - np.roll(mult.rate, 1)
+            - mult.mean / curves.stations
+        )
+
+    def _rate_terms(self, y: FloatArray, gain: float) -> tuple[FloatArray, FloatArray]:
+        """Pitch-rate terms of neighbouring stations, folded onto each station's pitch."""
+        curves = self.problem.curves
+        half = 0.5 / curves.spacing
+        torque = gain * curves.rates[0] / curves.positions
+        loads = np.sum(y * curves.rates, axis=0)
+        return (
+            (np.roll(torque, 1) - np.roll(torque, -1)) * half,
+            (np.roll(loads, 1) - np.roll(loads, -1)) * half,
+        )
+
+    # ---- constraints with a penalty --------------------------------------------------------
+
+    def raise_penalty(self) -> bool:
+        """Make the penalties of violated constraints dearer; False when they are kept."""
+        torque, blade = self.merit.excess(self.profile)
+        bad_torque = torque > 1e-7 * self.scale
+        bad_blade = blade > 1e-7 * max(self.objective.blade_cap, 1e-300)
+        if not bad_torque and not bad_blade:
+            return False
+        first, second = self.merit.penalty
+        if max(first if bad_torque else 0.0, second if bad_blade else 0.0) >= _PENALTY_MAX:
+            return False
+        self.merit.penalty = (
+            first * 10 if bad_torque else first,
+            second * 10 if bad_blade else second,
+        )
+        self.best = self.merit(self.profile)
+        return True
+
+    def feasible(self) -> bool:
+        torque, blade = self.merit.excess(self.profile)
+        cap = self.objective.blade_cap
+        return torque <= 1e-6 * self.scale and (np.isinf(cap) or blade <= 1e-6 * cap)
+
+
+def solve_local(
+    problem: DesignProblem,
+    objective: Objective,
+    start: FloatArray,
+    *,
+    settings: ScpSettings | None = None,
+    subproblem: Solver | None = None,
+    should_stop: Callable[[], bool] | None = None,
+) -> LocalSolution:
+    """Local optimum of the design problem from one start.
+
+    Parameters
+    ----------
+    problem : DesignProblem
+    objective : Objective
+    start : array (N,)
+        First profile [rad]; moved to the nearest feasible one.
+    settings : ScpSettings, optional
+    subproblem : Subproblem, optional
+        Cone data built for ``problem`` before, to be used again.
+    should_stop : callable, optional
+        Asked before every subproblem; True ends the run with what it has.
+
+    Returns
+    -------
+    LocalSolution
+        Feasible in range and rate always; ``status`` says the rest.
+    """
+    began = time.perf_counter()
+    start = np.asarray(start, dtype=np.float64)
+    if start.shape != (problem.curves.stations,) or not np.all(np.isfinite(start)):
+        raise InputError(
+            f"start: got shape {start.shape}, expected ({problem.curves.stations},) finite angles"
+        )
+    run = _Run(
+        problem,
+        objective,
+        start,
+        settings or ScpSettings(),
+        subproblem or Subproblem(problem),
+        should_stop,
+    )
+    if problem.constant_only:
+        raise InputError("limits leave constant pitch only: use the constant-pitch design")
+    settled = False
+    for _ in range(10):
+        run.trust_region()
+        settled = run.cells()
+        if not run.raise_penalty():
+            break
+    loads = problem.curves.evaluate(run.profile)
+    if run.last is None or (run.failures and not settled):
+        status, message = Status.SOLVER_FAILED, "cone solver failed in every fallback"
+    elif not run.feasible():
+        torque, blade = run.merit.excess(run.profile)
+        status = Status.INFEASIBLE
+        message = f"torque limit missed by {torque:.4g} N m, blade cap by {blade:.4g} N m"
+    elif not settled:
+        status = Status.ITERATION_LIMIT
+        message = f"stopped after {run.solves} subproblems"
+    else:
+        status, message = Status.CONVERGED, "no segment next to the profile gains"
+    n, m = problem.curves.stations, problem.curves.positions
+    empty = Multipliers(loads=np.zeros((4, m)), blade=np.zeros(n), rate=np.zeros(n))
+    return LocalSolution(
+        profile=run.profile,
+        loads=loads,
+        value=problem.value(run.profile, objective),
+        multipliers=run.last.multipliers if run.last is not None else empty,
+        status=status,
+        message=message,
+        iterations=run.solves,
+        seconds=time.perf_counter() - began,
+        solver_seconds=run.solver_seconds,
+        history=tuple(run.history),
+    )

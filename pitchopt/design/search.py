@@ -1,0 +1,211 @@
+"""The best profile over several starts and, with a frozen wake, over the mean pitch.
+
+A wake frozen around one profile must not be frozen anew around the profile found in it: that
+iteration runs to a fixed point which is no optimum.  Deviations from the mean pitch see the
+frozen wake, the mean sees equilibrium.  So the inner problem holds mean(beta) = beta_mean with
+the wake frozen there, and the outer search moves beta_mean.  At constant pitch the frozen
+loads are the equilibrium loads, hence the inner value is what equilibrium yields for that mean.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitchopt.design.direct import Subproblem
+from pitchopt.design.problem import DesignProblem, Objective
+from pitchopt.design.scp import LocalSolution, ScpSettings, solve_local
+from pitchopt.design.task import DesignTask
+from pitchopt.errors import InputError
+
+__all__ = ["Found", "Start", "best_local", "climb", "search"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Start:
+    """A first profile and what it is called in results."""
+
+    label: str
+    profile: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Found:
+    """The best local solution, the start that led there, and the mean pitch of its wake."""
+
+    solution: LocalSolution
+    start: str
+    mean_pitch: float | None
+    iterations: int
+
+
+def _rank(problem: DesignProblem, objective: Objective, solution: LocalSolution) -> float:
+    """Value to compare solutions by; broken limits weigh more than any value."""
+    torque, blade = problem.excess(solution.loads, objective)
+    scale = max(abs(float(solution.loads.mean[0])), 1.0)
+    broken = torque / scale
+    if np.isfinite(objective.blade_cap):
+        broken += blade / objective.blade_cap
+    heavy = 1e3 * scale * max(1.0, *objective.rms)
+    return solution.value - (heavy * broken if broken > 2e-6 else 0.0)
+
+
+def best_local(
+    problem: DesignProblem,
+    objective: Objective,
+    starts: Sequence[Start],
+    *,
+    settings: ScpSettings | None = None,
+    good_enough: Callable[[float], bool] | None = None,
+) -> Found:
+    """Best of the local solutions from several starts.
+
+    Parameters
+    ----------
+    good_enough : callable, optional
+        Asked with the value after each start; True leaves the other starts out (a proven
+        bound has been met).
+    """
+    if not starts:
+        raise InputError("starts: got none, expected at least one profile")
+    subproblem = Subproblem(problem)
+    best: Found | None = None
+    total = 0
+    for start in starts:
+        solution = solve_local(
+            problem, objective, start.profile, settings=settings, subproblem=subproblem
+        )
+        total += solution.iterations
+        better = best is None or _rank(problem, objective, solution) > _rank(
+            problem, objective, best.solution
+        ) + 1e-9 * abs(best.solution.value)
+        if better:
+            best = Found(
+                solution=solution,
+                start=start.label,
+                mean_pitch=problem.curves.mean_pitch,
+                iterations=total,
+            )
+        assert best is not None
+        if good_enough is not None and good_enough(best.solution.value):
+            break
+    assert best is not None
+    return Found(
+        solution=best.solution, start=best.start, mean_pitch=best.mean_pitch, iterations=total
+    )
+
+
+def search(
+    task: DesignTask,
+    objective: Objective,
+    starts: Sequence[Start],
+    *,
+    settings: ScpSettings | None = None,
+    good_enough: Callable[[float], bool] | None = None,
+    mean_tolerance: float = np.radians(0.01),
+) -> Found:
+    """Best profile of a task from the given starts.
+
+    Without a frozen wake this is :func:`best_local`.  With one, all starts are tried at the
+    mean pitch of the first, then the outer search goes on from the best.
+    """
+    if not task.frozen:
+        return best_local(
+            task.problem(), objective, starts, settings=settings, good_enough=good_enough
+        )
+    low, high = task.mean_range
+    known: dict[float, Found] = {}
+    iterations = 0
+
+    def evaluate(mean: float, profiles: Sequence[Start]) -> float:
+        nonlocal iterations
+        if mean in known:
+            return _rank(task.problem(mean), objective, known[mean].solution)
+        problem = task.problem(mean)
+        shifted = [
+            Start(label=s.label, profile=s.profile - s.profile.mean() + mean) for s in profiles
+        ]
+        found = best_local(problem, objective, shifted, settings=settings)
+        iterations += found.iterations
+        known[mean] = found
+        return _rank(problem, objective, found.solution)
+
+    def at(mean: float) -> float:
+        mean = float(np.clip(mean, low, high))
+        nearest = min(known, key=lambda other: abs(other - mean))
+        best = known[nearest]
+        return evaluate(mean, [Start(label=best.start, profile=best.solution.profile)])
+
+    centre = float(np.clip(starts[0].profile.mean(), low, high))
+    evaluate(centre, starts)
+    best_mean = climb(at, centre, low, high, mean_tolerance)
+    found = known[best_mean]
+    return Found(
+        solution=found.solution, start=found.start, mean_pitch=best_mean, iterations=iterations
+    )
+
+
+def climb(
+    value: Callable[[float], float],
+    centre: float,
+    low: float,
+    high: float,
+    tolerance: float = np.radians(0.01),
+) -> float:
+    """Maximiser of a one-dimensional function: bracket by doubling steps, then parabolas.
+
+    The values are those of local solves and may be rough; every step keeps the best point in
+    the middle of the bracket, and golden sections replace parabolas that do not shrink it.
+    """
+    if high - low <= tolerance:
+        return centre
+    step = np.radians(0.3)
+    points: dict[float, float] = {}
+
+    def f(x: float) -> float:
+        x = float(np.clip(x, low, high))
+        if x not in points:
+            points[x] = value(x)
+        return points[x]
+
+    b = centre
+    f(b)
+    a, c = max(b - step, low), min(b + step, high)
+    f(a), f(c)
+    for _ in range(24):
+        b = max(points, key=lambda x: points[x])
+        step *= 1.7
+        if b == min(points) and b > low:
+            f(b - step)
+        elif b == max(points) and b < high:
+            f(b + step)
+        else:
+            break
+    for count in range(24):
+        b = max(points, key=lambda x: points[x])
+        left = [x for x in points if x < b]
+        right = [x for x in points if x > b]
+        a, c = (max(left) if left else b), (min(right) if right else b)
+        if c - a <= 2 * tolerance:
+            break
+        x = _vertex(a, b, c, points) if a < b < c and count % 3 != 2 else np.nan
+        wide = c if c - b > b - a else a
+        if not a < x < c or min(abs(x - a), abs(x - c)) < 0.1 * tolerance:
+            x = b + 0.382 * (wide - b)
+        elif abs(x - b) < 0.5 * tolerance:
+            x = b + np.sign(wide - b) * min(0.9 * tolerance, 0.5 * abs(wide - b))
+        f(x)
+    return max(points, key=lambda x: points[x])
+
+
+def _vertex(a: float, b: float, c: float, points: dict[float, float]) -> float:
+    """Top of the parabola through three points."""
+    fa, fb, fc = points[a], points[b], points[c]
+    p = (b - a) ** 2 * (fb - fc) - (b - c) ** 2 * (fb - fa)
+    q = (b - a) * (fb - fc) - (b - c) * (fb - fa)
+    return b - 0.5 * p / q if abs(q) > 1e-300 else float("nan")

@@ -1,0 +1,31 @@
+"""Wind fields over the disc of a horizontal-axis rotor.
+
+Every field answers ``velocity(x, y, z, t=0.0) -> (..., 3)`` in the global frame: origin on the
+tower axis at ground level, x downwind, y left looking downwind, z up. The package stands alone.
+"""
+
+from __future__ import annotations
+
+from windfield.custom import CallableField
+from windfield.disc import DiscField
+from windfield.errors import WindFieldError
+from windfield.field import StaticField, WindField
+from windfield.sampling import DiscSample, disc_points, sample_disc
+from windfield.shear import CubicShear, LogLaw, PowerLaw, VerticalShear
+from windfield.tower import TowerShadow
+
+__all__ = [
+    "CallableField",
+    "CubicShear",
+    "DiscField",
+    "DiscSample",
+    "LogLaw",
+    "PowerLaw",
+    "StaticField",
+    "TowerShadow",
+    "VerticalShear",
+    "WindField",
+    "WindFieldError",
+    "disc_points",
+    "sample_disc",
+]
