@@ -17,18 +17,16 @@ downwind, ``radial`` about the blade's own axis from root to tip;
 
 from __future__ import annotations
 
-import csv
-import io
 import os
-import tempfile
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pitchopt.aero.tables import CURVES, RATES, pad_row, read_table, write_table
 from pitchopt.errors import InputError
 
 __all__ = ["LOADS", "BladeCurves", "RotorLoads"]
@@ -38,10 +36,7 @@ FloatArray = NDArray[np.float64]
 LOADS = ("torque", "tilt", "yaw", "thrust")
 """Order of the four rotor loads wherever they share an axis."""
 
-_CURVES = ("torque", "bending", "thrust", "radial")
-_RATES = ("torque_rate", "bending_rate", "thrust_rate", "radial_rate")
 _MIN_SPACING = 1e-10  # [rad]; closer breakpoints make slopes of rounding errors
-_MAX_TABLE_BYTES = 1 << 30
 
 
 class RotorLoads(NamedTuple):
@@ -158,11 +153,11 @@ class BladeCurves:
         set_(self, "blades", int(self.blades))
         set_(self, "azimuth", azimuth)
         set_(self, "beta", beta)
-        for name in _CURVES:
+        for name in CURVES:
             value = getattr(self, name)
             value = np.zeros(beta.shape) if value is None else value
             set_(self, name, _frozen(name, value, beta.shape))
-        for name in _RATES:
+        for name in RATES:
             value = getattr(self, name)
             value = np.zeros(stations) if value is None else value
             set_(self, name, _frozen(name, value, (stations,)))
@@ -296,8 +291,10 @@ class BladeCurves:
 
     @cached_property
     def concavity_error(self) -> float:
-        """Largest rise of the torque slope between neighbouring segments, as a share of the
-        largest slope; zero when torque is concave in pitch at every station."""
+        """Largest rise of torque slope between neighbouring segments, over the largest slope.
+
+        Zero when torque is concave in pitch at every station.
+        """
         slopes = self.slopes[0]
         if slopes.shape[1] < 2:
             return 0.0
@@ -335,168 +332,46 @@ class BladeCurves:
             return self
         margin = 10 * _MIN_SPACING
         rows = [
-            np.concatenate(
-                ([low[n]], b[(b > low[n] + margin) & (b < high[n] - margin)], [high[n]])
-            )
+            np.concatenate(([low[n]], b[(b > low[n] + margin) & (b < high[n] - margin)], [high[n]]))
             for n, b in enumerate(self.beta)
         ]
         width = max(row.size for row in rows)
-        beta = np.stack([_padded(row, width) for row in rows])
-        curves = {
-            name: np.stack(
+        beta = np.stack([pad_row(row, width) for row in rows])
+        torque, bending, thrust, radial = (
+            np.stack(
                 [
                     np.interp(beta[n], self.beta[n], getattr(self, name)[n])
                     for n in range(self.stations)
                 ]
             )
-            for name in _CURVES
-        }
-        return replace(self, beta=beta, **curves)
+            for name in CURVES
+        )
+        return replace(
+            self, beta=beta, torque=torque, bending=bending, thrust=thrust, radial=radial
+        )
 
     # ---- files ---------------------------------------------------------------------------
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write the curves to one table, whole or not at all.
+        """Write the curves to one ``.npz`` or ``.csv`` table, whole or not at all.
 
-        ``.npz`` holds the arrays by name; ``.csv`` holds one row per breakpoint with the
-        columns station, azimuth, beta and the loads, the rates repeated on each row of a
-        station, and a first comment line with blades and mean_pitch.
+        See :mod:`pitchopt.aero.tables` for what stands in them.
         """
-        target = Path(path)
-        if target.suffix == ".npz":
-            buffer = io.BytesIO()
-            arrays: dict[str, Any] = {name: getattr(self, name) for name in _CURVES + _RATES}
-            if self.mean_pitch is not None:
-                arrays["mean_pitch"] = self.mean_pitch
-            np.savez_compressed(
-                buffer, blades=self.blades, azimuth=self.azimuth, beta=self.beta, **arrays
-            )
-            payload = buffer.getvalue()
-        elif target.suffix == ".csv":
-            text = io.StringIO()
-            mean = "" if self.mean_pitch is None else f" mean_pitch={self.mean_pitch!r}"
-            text.write(f"# blades={self.blades}{mean}\n")
-            writer = csv.writer(text, lineterminator="\n")
-            writer.writerow(("station", "azimuth", "beta", *_CURVES, *_RATES))
-            for n in range(self.stations):
-                rates = [repr(float(getattr(self, name)[n])) for name in _RATES]
-                for k in range(self.beta.shape[1]):
-                    values = [repr(float(getattr(self, name)[n, k])) for name in _CURVES]
-                    lead = (n, repr(float(self.azimuth[n])), repr(float(self.beta[n, k])))
-                    writer.writerow((*lead, *values, *rates))
-            payload = text.getvalue().encode()
-        else:
-            raise InputError(f"path: got {target.name!r}, expected a name ending in .npz or .csv")
-        handle, temporary = tempfile.mkstemp(dir=target.parent or ".", prefix=target.name)
-        try:
-            with os.fdopen(handle, "wb") as stream:
-                stream.write(payload)
-            os.replace(temporary, target)
-        except BaseException:
-            Path(temporary).unlink(missing_ok=True)
-            raise
-        return target
+        columns = {name: np.asarray(getattr(self, name)) for name in CURVES + RATES}
+        return write_table(
+            Path(path), self.blades, self.mean_pitch, self.azimuth, self.beta, columns
+        )
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> BladeCurves:
         """Read curves that :meth:`save` or any other aerodynamic code wrote.
 
-        In an NPZ, ``blades``, ``azimuth``, ``beta``, ``torque``, ``bending`` and ``thrust``
-        are needed; in a CSV the columns ``station``, ``azimuth``, ``beta``, ``torque``,
-        ``bending``, ``thrust`` and a first line ``# blades=3``.  Rows of a station may differ
-        in number: shorter ones are padded by splitting segments, which changes no curve.
+        Rows of a station may differ in number: shorter ones are padded by splitting segments,
+        which changes no curve.
+
+        Raises
+        ------
+        InputError
+            If the file is missing, empty, huge, not a table, or its numbers are no curves.
         """
-        source = Path(path)
-        try:
-            size = source.stat().st_size
-        except OSError as error:
-            raise InputError(f"curves file: cannot read {source} ({error.strerror})") from error
-        if not source.is_file() or size == 0 or size > _MAX_TABLE_BYTES:
-            raise InputError(f"curves file: {source} is empty, huge or not a file ({size} bytes)")
-        if source.suffix == ".npz":
-            return cls(**_read_npz(source))
-        if source.suffix == ".csv":
-            return cls(**_read_csv(source))
-        raise InputError(f"curves file: got {source.name!r}, expected .npz or .csv")
-
-
-def _padded(row: FloatArray, width: int) -> FloatArray:
-    """Breakpoints brought to ``width`` by halving the widest intervals."""
-    while row.size < width:
-        j = int(np.argmax(np.diff(row)))
-        row = np.insert(row, j + 1, 0.5 * (row[j] + row[j + 1]))
-    return row
-
-
-def _read_npz(source: Path) -> dict[str, Any]:
-    known = {"blades", "azimuth", "beta", "mean_pitch", *_CURVES, *_RATES}
-    needed = {"blades", "azimuth", "beta", "torque", "bending", "thrust"}
-    try:
-        with np.load(source, allow_pickle=False) as data:
-            content: dict[str, Any] = {name: data[name] for name in data.files if name in known}
-    except Exception as error:
-        raise InputError(f"curves file: {source} is not a readable NPZ ({error})") from error
-    missing = sorted(needed - content.keys())
-    if missing:
-        raise InputError(f"curves file: {source} lacks {', '.join(missing)}")
-    for name in ("blades", "mean_pitch"):
-        if name in content:
-            if content[name].size != 1:
-                raise InputError(f"{name}: got shape {content[name].shape}, expected one number")
-            content[name] = content[name].item()
-    return content
-
-
-def _read_csv(source: Path) -> dict[str, Any]:
-    try:
-        lines = source.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"curves file: {source} is not text ({error})") from error
-    header: dict[str, str] = {}
-    while lines and lines[0].startswith("#"):
-        header.update(p.split("=", 1) for p in lines.pop(0)[1:].split() if "=" in p)
-    rows = list(csv.DictReader(lines))
-    needed = ("station", "azimuth", "beta", "torque", "bending", "thrust")
-    missing = [name for name in needed if not rows or name not in rows[0]]
-    if missing or "blades" not in header:
-        what = "the line '# blades=3'" if not missing else "the columns " + ", ".join(missing)
-        raise InputError(f"curves file: {source} lacks {what}")
-    try:
-        station = np.array([int(row["station"]) for row in rows])
-        columns = {
-            name: np.array([float(row[name]) for row in rows])
-            for name in ("azimuth", "beta", *_CURVES, *_RATES)
-            if name in rows[0]
-        }
-        blades = int(header["blades"])
-        mean = float(header["mean_pitch"]) if "mean_pitch" in header else None
-    except (TypeError, ValueError) as error:
-        raise InputError(f"curves file: {source} holds something else than numbers") from error
-    for name, values in columns.items():
-        _frozen(name, values)
-    groups = [np.flatnonzero(station == n) for n in range(int(station.max()) + 1)]
-    if any(group.size < 2 for group in groups) or station.min() < 0:
-        raise InputError(f"curves file: {source} needs at least two rows for every station")
-    for n, group in enumerate(groups):
-        if np.any(np.diff(columns["beta"][group]) <= 0):
-            raise InputError(f"beta: breakpoints of station {n} in {source} must increase")
-    width = max(group.size for group in groups)
-    beta = np.stack([_padded(columns["beta"][group], width) for group in groups])
-    out: dict[str, Any] = {
-        "blades": blades,
-        "azimuth": np.array([columns["azimuth"][group[0]] for group in groups]),
-        "beta": beta,
-        "mean_pitch": mean,
-    }
-    for name in _CURVES:
-        if name in columns:
-            out[name] = np.stack(
-                [
-                    np.interp(beta[n], columns["beta"][group], columns[name][group])
-                    for n, group in enumerate(groups)
-                ]
-            )
-    for name in _RATES:
-        if name in columns:
-            out[name] = np.array([columns[name][group[0]] for group in groups])
-    return out
+        return cls(**read_table(Path(path)))

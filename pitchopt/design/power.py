@@ -65,7 +65,7 @@ def maximise_torque(
     best = problem.value(profile, objective)
     history, bound = [best], np.inf
     multipliers, solver_seconds = None, 0.0
-    for count in range(1, max_solves + 1):
+    for _ in range(max_solves):
         out = subproblem.solve(profile, objective, low=curves.lower, high=curves.upper)
         solver_seconds += out.solve_seconds
         if not out.solved:
@@ -89,7 +89,7 @@ def maximise_torque(
         multipliers=multipliers,
         status=Status.EXACT,
         message=f"bound and torque agree to {max(bound - best, 0.0) / abs(best):.1e}",
-        iterations=count,
+        iterations=len(history) - 1,
         seconds=time.perf_counter() - began,
         solver_seconds=solver_seconds,
         history=tuple(history),

@@ -91,7 +91,7 @@ class Objective:
     blade_cap: float = np.inf
 
     def __post_init__(self) -> None:
-        if len(self.rms) != 5 or any(not np.isfinite(v) or v < 0 for v in self.rms):
+        if any(not np.isfinite(v) or v < 0 for v in self.rms):
             raise InputError(f"rms weights: got {self.rms}, expected five numbers of 0 or more")
         if not np.isfinite(self.torque) or self.torque < 0:
             raise InputError(f"torque gain: got {self.torque}, expected 0 or more")

@@ -189,7 +189,7 @@ class ConvexSubproblem:
         high: FloatArray,
         penalty: tuple[float, float] = (0.0, 0.0),
         segments: IntArray | None = None,
-        tight: bool = False,
+        tight: bool = False,  # noqa: ARG002  (one scaling only)
     ) -> SubproblemSolution:
         """Same question and answer as :meth:`pitchopt.design.direct.Subproblem.solve`.
 
@@ -208,7 +208,7 @@ class ConvexSubproblem:
         scale = self._fill(model, penalty)
         status = "failed"
         try:
-            self.program.solve(solver=cp.CLARABEL, ignore_dpp=False, warm_start=False)
+            self.program.solve(solver=cp.CLARABEL, warm_start=False)
             status = str(self.program.status)
         except cp.SolverError as error:
             status = f"failed ({error})"

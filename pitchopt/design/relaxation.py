@@ -143,15 +143,14 @@ def _solve_hull(
         mean_block = program.zero(np.array([curves.mean_pitch]), (0, theta, pitch / n_stations))
     program.nonneg(np.zeros(station.size), (theta, theta, -1.0))
     following = (station - 1) % n_stations
-    rate_blocks = []
-    for sign in (1.0, -1.0):
-        rate_blocks.append(
-            program.nonneg(
-                np.full(n_stations, problem.step),
-                (following, theta, sign * pitch),
-                (station, theta, -sign * pitch),
-            )
+    rate_blocks = [
+        program.nonneg(
+            np.full(n_stations, problem.step),
+            (following, theta, sign * pitch),
+            (station, theta, -sign * pitch),
         )
+        for sign in (1.0, -1.0)
+    ]
     single: dict[str, slice] = {}
     if np.isfinite(objective.torque_min):
         single["min"] = program.nonneg(
@@ -165,18 +164,18 @@ def _solve_hull(
         single["cap"] = program.nonneg(
             np.array([objective.blade_cap / spread[4]]), (0, program.at["s4"].start, 1.0)
         )
-    travel_blocks = []
+    travel_blocks: list[slice] = []
     if objective.travel > 0:
         index = np.arange(n_stations)
-        for sign in (1.0, -1.0):
-            travel_blocks.append(
-                program.nonneg(
-                    np.zeros(n_stations),
-                    (following, theta, sign * pitch),
-                    (station, theta, -sign * pitch),
-                    (index, program.at["u"].start + index, -1.0),
-                )
+        travel_blocks = [
+            program.nonneg(
+                np.zeros(n_stations),
+                (following, theta, sign * pitch),
+                (station, theta, -sign * pitch),
+                (index, program.at["u"].start + index, -1.0),
             )
+            for sign in (1.0, -1.0)
+        ]
     blocks: dict[int, slice] = {}
     for q in cones:
         size, at = (n_stations, station) if q == 4 else (m, position)
@@ -218,5 +217,6 @@ def _solve_hull(
         cap=float(z[single["cap"]][0]) / spread[4] if "cap" in single else 0.0,
         mean=float(z[mean_block][0]) if mean_block is not None else 0.0,
     )
-    implied = np.bincount(station, weights=x[theta] * pitch, minlength=n_stations)
+    implied = np.zeros(n_stations)
+    np.add.at(implied, station, x[theta] * pitch)
     return -float(program.cost @ x) * scale, mult, implied

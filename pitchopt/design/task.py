@@ -31,13 +31,24 @@ class BladeLoadsLike(Protocol):
     """Loads of one blade at some azimuths."""
 
     @property
-    def torque(self) -> FloatArray: ...
+    def torque(self) -> FloatArray:
+        """Moment about the shaft [N m]."""
+        ...
+
     @property
-    def bending(self) -> FloatArray: ...
+    def bending(self) -> FloatArray:
+        """Moment that pushes the tip downwind [N m]."""
+        ...
+
     @property
-    def radial(self) -> FloatArray: ...
+    def radial(self) -> FloatArray:
+        """Moment about the blade's own axis [N m]."""
+        ...
+
     @property
-    def thrust(self) -> FloatArray: ...
+    def thrust(self) -> FloatArray:
+        """Force along the shaft [N]."""
+        ...
 
 
 @runtime_checkable
@@ -71,8 +82,8 @@ class CurvesModel:
     table: BladeCurves
     induction: str = field(default="table")
 
-    def curves(self, positions: int, mean_pitch: float | None = None) -> BladeCurves:
-        """The table itself.
+    def curves(self, positions: int, mean_pitch: float | None = None) -> BladeCurves:  # noqa: ARG002
+        """The table itself; the mean pitch is the table's own.
 
         Raises
         ------
