@@ -1,0 +1,89 @@
+"""Angle-of-attack limits between which a section's polar is fitted, and what they mean in pitch.
+
+A section that works in attached flow at the mean pitch is fitted from a lower limit to its stall
+angle.  One that does not (a cylinder, a stalled root, the tip itself) has no limits and stays
+unfitted, so that limits can never exclude the mean pitch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitchopt.aero._checks import FloatArray
+from pitchopt.aero.polars import Polar
+
+__all__ = ["crossings", "section_limits"]
+
+_MARGIN = float(np.deg2rad(0.5))  # a fitted section keeps this much room at the mean pitch
+_ROOM = float(np.deg2rad(6.0))  # fits reach this far below the angles at the mean pitch, ...
+_COARSE = (0.03, 0.006)  # ... at the price of errors up to these in Cl and Cd
+_STEP = float(np.deg2rad(2.0))  # limits are widened in such steps, so that fits are reused
+
+Limits = tuple[float, float] | None
+
+
+def section_limits(
+    polars: Sequence[Polar],
+    wanted: tuple[float | None, float | None],
+    alpha: FloatArray | None = None,
+    blocked: NDArray[np.bool_] | None = None,
+) -> tuple[Limits, ...]:
+    """Limits of each section's fit [rad], None for sections without one.
+
+    Parameters
+    ----------
+    polars : sequence of Polar, length E
+    wanted : (float or None, float or None)
+        Limits for all sections.  None above: each polar's stall angle.  None below: where
+        `Polar.concave_range` starts, and with `alpha` down to 6 degrees below the lowest angle
+        as far as a coarser fit reaches.
+    alpha : ndarray (..., E), optional
+        Angles of attack at the mean pitch [rad].  Without them every section is fitted.
+    blocked : ndarray (E,) of bool, optional
+        Sections at the very tip or root, where the loss factor leaves no inflow to speak of.
+
+    Raises
+    ------
+    InputError
+        Without `alpha`, if a section has no attached range that could give a missing limit.
+    """
+    low, high = wanted
+    result: list[Limits] = []
+    for e, polar in enumerate(polars):
+        if alpha is not None and (not polar.lifting or (blocked is not None and blocked[e])):
+            result.append(None)
+            continue
+        above = polar.stall_angle() if high is None else high
+        below = polar.concave_range()[0] if low is None else low
+        if alpha is not None:
+            least, most = float(alpha[..., e].min()), float(alpha[..., e].max())
+            if low is None and least - _ROOM < below:
+                extended = float(np.floor((least - _ROOM) / _STEP) * _STEP)
+                below = min(below, max(extended, polar.concave_range(*_COARSE)[0]))
+            if least < below + _MARGIN or most > above - _MARGIN:
+                result.append(None)
+                continue
+        result.append((below, above))
+    return tuple(result)
+
+
+def crossings(
+    pitch: FloatArray, alpha: FloatArray, at: int, bounds: tuple[float, float]
+) -> tuple[float, float]:
+    """Pitches around entry `at` where alpha (G,), falling with pitch, leaves its bounds."""
+    left = right = at
+    while left > 0 and alpha[left - 1] <= bounds[1]:
+        left -= 1
+    while right < pitch.size - 1 and alpha[right + 1] >= bounds[0]:
+        right += 1
+    low, high = -np.inf, np.inf
+    if left > 0:
+        share = (bounds[1] - alpha[left]) / (alpha[left - 1] - alpha[left])
+        low = float(pitch[left] + share * (pitch[left - 1] - pitch[left]))
+    if right < pitch.size - 1:
+        share = (alpha[right] - bounds[0]) / (alpha[right] - alpha[right + 1])
+        high = float(pitch[right] + share * (pitch[right + 1] - pitch[right]))
+    return low, high
