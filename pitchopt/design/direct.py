@@ -79,6 +79,7 @@ class LinearModel:
         rows = np.arange(curves.stations)
         self.curves = curves
         self.point, self.low, self.high = point, low, high
+        self.affine = segments is not None
         self.segment = curves.segment(point) if segments is None else segments
         self.radius = max(float(np.max(np.maximum(high - point, point - low))), 1e-9)
         self.slopes = curves.slopes[:, rows, self.segment]
@@ -90,6 +91,7 @@ class LinearModel:
         self.torque = float(self.rotor[0].mean())
         folded = (np.roll(curves.rates[0], 1) - np.roll(curves.rates[0], -1)) * self.half
         self.torque_rate = folded / curves.positions  # d(mean torque)/d beta_n by pitch rate
+        self.torque_gradient = self.slopes[0] / curves.positions + self.torque_rate
 
     def unit(self, load: int, tight: bool) -> float:
         """Size of a load's change in the box, which scales its cone."""
@@ -138,7 +140,8 @@ class Subproblem:
         penalty : (float, float)
             Exact-penalty weights of the torque limits [-] and of the blade cap [-].
         segments : int array (N,), optional
-            Segments whose slopes model the loads (those that hold ``point`` by default).
+            Segments that the box stays on: torque is affine there, like the loads.  By default
+            the loads are modelled by the segments that hold ``point``, torque by all in reach.
         tight : bool
             Scale by the loads' own size and accept less accuracy: the fallback.
         """
@@ -168,10 +171,12 @@ class Subproblem:
         torque_unit = max(float(np.mean(np.abs(model.slopes[0]))) * model.radius, 1e-300)
         blocks = _Blocks(units=units, torque_unit=torque_unit)
         with_torque = objective.torque > 0 or np.isfinite(objective.torque_min)
+        in_segments = with_torque and not model.affine
 
         # pitch moves in units of the box, t_n in units of its torque, from the point's values
-        program.variables("pitch", n, cost=-objective.torque * model.torque_rate * model.radius)
-        if with_torque:
+        gradient = model.torque_rate if in_segments else model.torque_gradient
+        program.variables("pitch", n, cost=-objective.torque * gradient * model.radius)
+        if in_segments:
             t = program.variables("t", n, cost=-objective.torque * torque_unit / m).start
         for q in loads:
             program.variables(f"s{q}", 1, cost=lam[q] * units[q])
@@ -208,7 +213,7 @@ class Subproblem:
                     -sign * change, (idx, self._next, sign), (idx, idx, -sign), (idx, u, -1.0)
                 )
                 blocks.rate.append((rows, idx, sign))
-        if with_torque:
+        if in_segments:
             station, value, slope = torque_lines(
                 curves, model.point, model.segment, model.low, model.high
             )
@@ -233,13 +238,19 @@ class Subproblem:
     ) -> None:
         """Limits of mean torque and of the blade's RMS, each with a priced slack."""
         m, idx, unit = model.curves.positions, self._index, blocks.torque_unit
-        rate = model.torque_rate * (model.radius / unit)
+        gradient = model.torque_gradient * (model.radius / unit)
         if np.isfinite(objective.torque_min):
             slack = program.variables("slack_min", 1, cost=penalty[0] * unit).start
+            if model.affine:
+                entries = [(0, idx, -gradient)]
+            else:
+                entries = [
+                    (0, program.at["t"].start + idx, -1.0 / m),
+                    (0, idx, -model.torque_rate * (model.radius / unit)),
+                ]
             blocks.single["min"] = program.nonneg(
                 np.array([(model.torque - objective.torque_min) / unit]),
-                (0, program.at["t"].start + idx, -1.0 / m),
-                (0, idx, -rate),
+                *entries,
                 (0, slack, -1.0),
             )
             program.nonneg(np.zeros(1), (0, slack, -1.0))
@@ -247,7 +258,7 @@ class Subproblem:
             slack = program.variables("slack_max", 1, cost=penalty[0] * unit).start
             blocks.single["max"] = program.nonneg(
                 np.array([(objective.torque_max - model.torque) / unit]),
-                (0, idx, model.slopes[0] * (model.radius / (unit * m)) + rate),
+                (0, idx, gradient),
                 (0, slack, -1.0),
             )
             program.nonneg(np.zeros(1), (0, slack, -1.0))

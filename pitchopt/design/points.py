@@ -12,14 +12,17 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pitchopt.aero.curves import RotorLoads
+from pitchopt.design.flatten import flattened
 from pitchopt.design.problem import Objective
 from pitchopt.design.relaxation import Relaxation, relax
 from pitchopt.design.results import Design, Status
-from pitchopt.design.search import Found, Start, search
+from pitchopt.design.search import Found, Start, rank, search
 from pitchopt.design.task import DesignTask, Progress
 from pitchopt.errors import InfeasibleError
 
@@ -29,7 +32,6 @@ FloatArray = NDArray[np.float64]
 
 _CLOSE = 2e-6  # bound met to this share of torque: no further start can gain
 _MU_CEILING = 1e6
-_LOSS_PRICE = 30.0  # price whose relaxation lends a start when no curve is at hand
 
 
 class PointFinder:
@@ -84,8 +86,13 @@ class PointFinder:
 
     # ---- starts ------------------------------------------------------------------------------
 
-    def first_starts(self, mu: float) -> list[Start]:
-        """Starts for an anchor: constants, power maximum, the relaxation's rounding, random."""
+    def first_starts(self, objective: Objective) -> list[Start]:
+        """Starts for an anchor, the most different first.
+
+        Best constant pitch, power maximum, the best of the flattened profiles, constants
+        towards stall and towards feather, another flattened profile, the relaxation's
+        rounding; random ones after that.
+        """
         stations = self.reference.profile.size
         base = float(self.reference.profile.mean())
         low, high = self.task.mean_range
@@ -94,17 +101,17 @@ class PointFinder:
             Start(label="power maximum", profile=self.power.profile),
         ]
         if not self.task.frozen:
-            relaxed = self.bound(self.tradeoff_objective(mu), None, None)
-            if relaxed is not None:
-                starts.append(Start(label="relaxation", profile=relaxed.profile))
-            for share in (0.25, 0.5):
-                pitch = base + share * (high - base)
-                starts.append(
-                    Start(
-                        label=f"constant {np.degrees(pitch):.1f} deg",
-                        profile=np.full(stations, pitch),
-                    )
-                )
+            flat = self._flattened(objective)
+            starts += flat[:1]
+            for share, end in ((0.5, low), (0.25, high)):
+                pitch = base + share * (end - base)
+                label = f"constant {np.degrees(pitch):.1f} deg"
+                starts.append(Start(label=label, profile=np.full(stations, pitch)))
+            starts += flat[1:]
+            if len(starts) < self.starts:
+                relaxed = self.bound(objective, None, None)
+                if relaxed is not None:
+                    starts.append(Start(label="relaxation", profile=relaxed.profile))
         psi = 2 * np.pi * np.arange(stations) / stations
         while len(starts) < self.starts:
             offset = self.random.uniform(low, high) if not self.task.frozen else base
@@ -113,10 +120,42 @@ class PointFinder:
                 * np.cos(n * psi + self.random.uniform(0, 2 * np.pi))
                 for n in (1, 2, 3)
             )
-            starts.append(
-                Start(label=f"random {len(starts) + 1}", profile=np.asarray(offset + wave))
-            )
+            label = f"random {len(starts) + 1}"
+            starts.append(Start(label=label, profile=np.asarray(offset + wave)))
         return starts[: self.starts]
+
+    @cached_property
+    def _flat(self) -> tuple[FloatArray, list[RotorLoads]]:
+        """Flattened profiles of the task and their loads; none with a frozen wake."""
+        if self.task.frozen:
+            return np.empty((0, 0)), []
+        problem = self.task.problem()
+        profiles = flattened(problem, float(self.reference.profile.mean()))
+        return profiles, [problem.curves.evaluate(profile) for profile in profiles]
+
+    def _flattened(self, objective: Objective, count: int = 2) -> list[Start]:
+        """The flattened profiles that an objective likes best, a degree apart somewhere."""
+        profiles, loads = self._flat
+        if not loads:
+            return []
+        problem = self.task.problem()
+        values = np.array(
+            [
+                rank(problem, objective, load, problem.value_of(load, travel, objective))
+                for load, travel in zip(
+                    loads, np.abs(np.diff(profiles, axis=1)).sum(axis=1), strict=True
+                )
+            ]
+        )
+        chosen: list[FloatArray] = []
+        for i in np.argsort(-values):
+            if all(np.max(np.abs(profiles[i] - other)) > np.radians(1.0) for other in chosen):
+                chosen.append(profiles[i])
+            if len(chosen) == count:
+                break
+        return [
+            Start(label=f"flattened {i + 1}", profile=profile) for i, profile in enumerate(chosen)
+        ]
 
     def bound(
         self, objective: Objective, mean: float | None, profile: FloatArray | None
@@ -163,7 +202,7 @@ class PointFinder:
                 best[i] = found
 
         for i in sorted(chosen):
-            improve(i, self.first_starts(prices[i]))
+            improve(i, self.first_starts(self.tradeoff_objective(prices[i])))
             self.tick(f"mu {prices[i]:.3g}")
         for order, label in ((range(count), "below"), (range(count - 1, -1, -1), "above")):
             previous: Found | None = None
@@ -225,10 +264,10 @@ class PointFinder:
         objective = self.least_objective(limit)
         if pool:
             gaps = [abs(torque - limit) for _, torque in pool]
-            nearest = np.argsort(gaps, kind="stable")[: max(2, self.starts - 1)]
-            starts = [pool[int(i)][0] for i in nearest]
+            nearest = np.argsort(gaps, kind="stable")[: max(2, self.starts - 2)]
+            starts = [pool[int(i)][0] for i in nearest] + self._flattened(objective)
         else:
-            starts = self.first_starts(_LOSS_PRICE)
+            starts = self.first_starts(objective)
         found = self.solve(objective, starts)
         self.tick(f"loss {100 * loss:g} %")
         return self._priced(objective, found, "max_power_loss", loss, began)

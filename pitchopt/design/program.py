@@ -267,9 +267,7 @@ class ConvexSubproblem:
         self.limit.value = np.array([*limits, cap])
         self.penalty.value = np.array([penalty[0], penalty[1] * units[4] / unit])
         if "max" in self._single:
-            self.torque_gradient.value = (
-                model.slopes[0] / curves.positions + model.torque_rate
-            ) * (r / unit)
+            self.torque_gradient.value = model.torque_gradient * (r / unit)
         if objective.travel > 0:
             self.change0.value = change / r
             self.travel_cost.value = objective.travel * r / unit

@@ -15,13 +15,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pitchopt.aero.curves import RotorLoads
 from pitchopt.design.direct import Subproblem
 from pitchopt.design.problem import DesignProblem, Objective
 from pitchopt.design.scp import LocalSolution, ScpSettings, solve_local
 from pitchopt.design.task import DesignTask
 from pitchopt.errors import InputError
 
-__all__ = ["Found", "Start", "best_local", "climb", "search"]
+__all__ = ["Found", "Start", "best_local", "climb", "rank", "search"]
 
 FloatArray = NDArray[np.float64]
 
@@ -44,15 +45,19 @@ class Found:
     iterations: int
 
 
-def _rank(problem: DesignProblem, objective: Objective, solution: LocalSolution) -> float:
-    """Value to compare solutions by; broken limits weigh more than any value."""
-    torque, blade = problem.excess(solution.loads, objective)
-    scale = max(abs(float(solution.loads.mean[0])), 1.0)
+def rank(problem: DesignProblem, objective: Objective, loads: RotorLoads, value: float) -> float:
+    """Value to compare profiles by; broken limits weigh more than any value."""
+    torque, blade = problem.excess(loads, objective)
+    scale = max(abs(float(loads.mean[0])), 1.0)
     broken = torque / scale
     if np.isfinite(objective.blade_cap):
         broken += blade / objective.blade_cap
     heavy = 1e3 * scale * max(1.0, *objective.rms)
-    return solution.value - (heavy * broken if broken > 2e-6 else 0.0)
+    return value - (heavy * broken if broken > 2e-6 else 0.0)
+
+
+def _rank(problem: DesignProblem, objective: Objective, solution: LocalSolution) -> float:
+    return rank(problem, objective, solution.loads, solution.value)
 
 
 def best_local(

@@ -31,11 +31,20 @@ FloatArray = NDArray[np.float64]
 _LOSSES = (0.03, 0.07)
 
 
-def default_mu(count: int = 20) -> FloatArray:
-    """Prices of RMS that span a trade-off curve, evenly spaced in their logarithm."""
-    if count < 1:
-        raise InputError(f"points: got {count}, expected at least 1")
-    return np.geomspace(0.1, 400.0, count)
+def default_mu(reference: Design, count: int = 20) -> FloatArray:
+    """Prices of RMS that span a trade-off curve, evenly spaced in their logarithm.
+
+    Parameters
+    ----------
+    reference : Design
+        The best constant pitch.  Its mean torque over its weighted RMS sets the scale: at the
+        lowest price the RMS of constant pitch costs 0.25 % of torque, at the highest nine
+        times torque.
+    count : int
+    """
+    _check_count("points", count)
+    scale = reference.mean_torque / max(reference.rms_weighted, 1e-12 * reference.mean_torque)
+    return np.geomspace(2.5e-3, 9.0, count) * scale
 
 
 def constant(task: DesignTask) -> Design:
@@ -133,7 +142,7 @@ def design(
     work.tick("power maximum")
     work.power = power_max(task, reference=best_constant(task))
     if mu is not None:
-        return work.point(float(mu), work.first_starts(float(mu)))
+        return work.point(float(mu), work.first_starts(work.tradeoff_objective(float(mu))))
     if max_power_loss is not None:
         return work.loss_point(float(max_power_loss), ())
     assert mean_torque is not None
@@ -144,6 +153,7 @@ def tradeoff(
     task: DesignTask,
     *,
     mu: ArrayLike | None = None,
+    points: int = 20,
     losses: Sequence[float] = _LOSSES,
     starts: int = 5,
     anchors: int = 5,
@@ -157,7 +167,9 @@ def tradeoff(
     ----------
     task : DesignTask
     mu : array, optional
-        Prices of the weighted RMS [-]; 20 between 0.1 and 400 by default.
+        Prices of the weighted RMS [-].
+    points : int
+        Number of prices when none are given; they scale with the case (:func:`default_mu`).
     losses : sequence of float
         Shares of mean torque lost at which the design of least RMS is added.
     starts, anchors : int
@@ -170,9 +182,13 @@ def tradeoff(
         Called with steps done, steps in all and a label.
     """
     began = time.perf_counter()
-    prices = np.sort(default_mu() if mu is None else np.atleast_1d(np.asarray(mu, dtype=float)))
-    if prices.size == 0 or not np.all(np.isfinite(prices)) or np.any(prices < 0):
-        raise InputError("mu: expected finite prices of 0 or more")
+    prices = None if mu is None else np.sort(np.atleast_1d(np.asarray(mu, dtype=float)))
+    if prices is not None and (
+        prices.size == 0 or not np.all(np.isfinite(prices)) or np.any(prices < 0)
+    ):
+        raise InputError(f"mu: got {mu}, expected finite prices of 0 or more")
+    _check_count("points", points)
+    count = points if prices is None else int(prices.size)
     for loss in losses:
         if not 0 < loss < 1:
             raise InputError(f"losses: got {loss}, expected shares between 0 and 1")
@@ -183,19 +199,21 @@ def tradeoff(
     )
     work.tick("constant pitch")
     work.reference = best_constant(task)
+    if prices is None:
+        prices = default_mu(work.reference, count)
     pitch, torque, rms, pareto = constant_set(task)
     work.tick("power maximum")
     work.power = power_max(task, reference=work.reference)
-    points = [
+    found = [
         *work.curve([float(p) for p in prices], anchors),
         *(work.loss_point(float(loss), work.pool) for loss in losses),
     ]
-    points.sort(key=lambda point: (point.mu, -point.mean_torque))
+    found.sort(key=lambda point: (point.mu, -point.mean_torque))
     return Tradeoff(
         constant=work.reference,
         power_max=work.power,
-        points=tuple(points),
-        knee=_knee(work.power, points),
+        points=tuple(found),
+        knee=_knee(work.power, found),
         constant_pitch=pitch,
         constant_torque=torque,
         constant_rms=rms,
