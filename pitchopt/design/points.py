@@ -31,7 +31,7 @@ __all__ = ["PointFinder", "finished"]
 FloatArray = NDArray[np.float64]
 
 _CLOSE = 2e-6  # bound met to this share of torque: no further start can gain
-_MU_CEILING = 1e6
+_TOP_PRICE = 100.0  # price given to a torque limit without a multiplier, in torque over RMS
 
 
 class PointFinder:
@@ -298,7 +298,9 @@ class PointFinder:
         """A design under a torque limit, with the price that the limit's multiplier implies."""
         mult = found.solution.multipliers
         price = abs(mult.torque_min - mult.torque_max)
-        mu = min(1.0 / max(price, 1.0 / _MU_CEILING), _MU_CEILING)
+        reference = self.reference
+        top = _TOP_PRICE * reference.mean_torque / max(reference.rms_weighted, 1e-300)
+        mu = min(1.0 / max(price, 1e-300), top)
         lower = None
         if self.certify:
             relaxed = self.bound(objective, found.mean_pitch, found.solution.profile)

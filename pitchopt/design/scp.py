@@ -65,9 +65,9 @@ class ScpSettings:
 
     radius: float = np.radians(3.0)
     tolerance: float = 3e-6
-    finish: float = 1e-9
+    finish: float = 1e-8
     max_steps: int = 40
-    max_cells: int = 80
+    max_cells: int = 160
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

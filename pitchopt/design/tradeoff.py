@@ -186,7 +186,7 @@ def tradeoff(
     if prices is not None and (
         prices.size == 0 or not np.all(np.isfinite(prices)) or np.any(prices < 0)
     ):
-        raise InputError(f"mu: got {mu}, expected finite prices of 0 or more")
+        raise InputError(f"mu: got {mu!r}, expected finite prices of 0 or more")
     _check_count("points", points)
     count = points if prices is None else int(prices.size)
     for loss in losses:
@@ -195,7 +195,7 @@ def tradeoff(
     _check_count("starts", starts)
     _check_count("anchors", anchors)
     work = PointFinder(
-        task, starts, certify, seed, progress, total=2 * prices.size + len(losses) + 2
+        task, starts, certify, seed, progress, total=2 * count + len(losses) + 2
     )
     work.tick("constant pitch")
     work.reference = best_constant(task)
