@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitchopt.aero._checks import FloatArray
+from pitchopt.aero.tables import pad_row
 
-__all__ = ["MERGE", "accumulate", "pad_rows", "thin"]
+__all__ = ["MERGE", "accumulate", "pad_rows", "sample_points", "thin"]
 
 MERGE = 1e-8
 """Breakpoints closer than this are merged [rad]."""
@@ -116,15 +117,49 @@ def pad_rows(
     out_values = np.empty((loads, rows, width))
     for n in range(rows):
         row = points[n, keep[n]]
-        new = row
-        while new.size < width:
-            gaps = np.diff(new)
-            take = min(width - new.size, max(1, int(np.sum(gaps > gaps.max() / 2))))
-            widest = np.argpartition(-gaps, take - 1)[:take]
-            middle = (new[widest] + new[widest + 1]) / 2
-            new = np.sort(np.concatenate([new, middle]))
+        new = pad_row(row, width)
         out_points[n] = new
         for load in range(loads):
             table = values[load, n, keep[n]]
             out_values[load, n] = table if new is row else np.interp(new, row, table)
     return out_points, out_values
+
+
+def sample_points(
+    low: FloatArray, high: FloatArray, centre: float | None, count: int
+) -> FloatArray:
+    """Pitches at which curves without exact breakpoints are sampled.
+
+    Parameters
+    ----------
+    low, high : ndarray (N,)
+        Interval of each row [rad]; both ends are samples.
+    centre : float, optional
+        Where samples are to be dense [rad]; a sample itself where a row's interval holds it.
+    count : int
+        Samples per row without a centre; else samples within 9 degrees of it, followed by
+        others 0.75 and then 3 degrees apart.
+
+    Returns
+    -------
+    ndarray (N, K)
+        Increasing rows; shorter ones are filled up by halving the widest intervals.
+    """
+    if centre is None:
+        share = np.linspace(0.0, 1.0, count)
+        return np.asarray(low[:, None] * (1.0 - share) + high[:, None] * share)
+    half = max(count // 2, 1)
+    offsets = np.concatenate(
+        [
+            np.deg2rad(9.0) * np.arange(1, half + 1) / half,
+            np.deg2rad(np.arange(9.75, 20.1, 0.75)),
+            np.deg2rad(np.arange(23.0, 180.0, 3.0)),
+        ]
+    )
+    grid = centre + np.concatenate([-offsets[::-1], [0.0], offsets])
+    rows = [
+        np.concatenate([[a], grid[(grid > a + 1e-4) & (grid < b - 1e-4)], [b]])
+        for a, b in zip(low, high, strict=True)
+    ]
+    width = max(row.size for row in rows)
+    return np.stack([pad_row(row, width) for row in rows])

@@ -93,7 +93,8 @@ class StaticRotor:
         Loads due to pitch rate; the moment about the blade's own axis; redistribution of the
         induction in a skewed wake.
     samples : int
-        Pitches per station of ``equilibrium`` curves.
+        Pitches per station of ``equilibrium`` curves: within 9 degrees of the mean pitch if
+        there is one (fewer, wider apart, follow outside), else over the whole interval.
     stall_share : float
         Attached sections at or beyond this share of the rotor radius restrict the pitch range
         by their limits (``frozen`` and ``equilibrium``; with ``none`` all sections do).
@@ -346,7 +347,8 @@ class StaticRotor:
         Returns
         -------
         BladeCurves
-            Exact with ``none`` and ``frozen``, `samples` points per row with ``equilibrium``.
+            Exact with ``none`` and ``frozen``; with ``equilibrium`` sampled, the mean pitch
+            among the samples.
 
         Raises
         ------
@@ -399,11 +401,10 @@ class StaticRotor:
         if mean_pitch is not None:
             low, high = self._balanced_limits(psi, self._mean(mean_pitch))
         low, high = self._clip(psi, low, high)
-        share = np.linspace(0.0, 1.0, self.samples)
-        beta = low[:, None] * (1.0 - share) + high[:, None] * share
+        beta = sample_points(low, high, mean_pitch, self.samples)
         reference = np.full((psi.size, 1), 0.0 if mean_pitch is None else mean_pitch)
         loads = np.empty((4, *beta.shape))
-        for rows in self._chunks(psi.size, self.samples):
+        for rows in self._chunks(psi.size, beta.shape[1]):
             flow = self._flow(psi[rows, None], beta[rows], np.zeros(()), reference[rows])
             loads[:, rows] = self._raw_loads(flow, beta[rows])
         return beta, loads

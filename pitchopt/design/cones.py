@@ -33,6 +33,11 @@ class ConeSolution:
     seconds: float
 
 
+def _spread(value: Any, size: int) -> Any:
+    """An array as it is, a single number ``size`` times."""
+    return value if isinstance(value, np.ndarray) else np.full(size, value)
+
+
 class ConeProgram:
     """Variables and rows, in the order in which they are added."""
 
@@ -61,7 +66,7 @@ class ConeProgram:
         return np.concatenate(self._costs)
 
     def zero(self, rhs: FloatArray, *entries: Entry) -> slice:
-        """Rows A x = rhs; an entry is (row, column, value), broadcast against each other."""
+        """Rows A x = rhs; an entry is (row, column, value), single numbers repeated."""
         return self._add("zero", rhs, entries)
 
     def nonneg(self, rhs: FloatArray, *entries: Entry) -> slice:
@@ -74,12 +79,11 @@ class ConeProgram:
 
     def _add(self, kind: str, rhs: FloatArray, entries: tuple[Entry, ...]) -> slice:
         for row, col, val in entries:
-            if np.ndim(val) == 0 and np.ndim(row) == 0 and np.ndim(col) == 0:
-                row, col, val = np.array([row]), np.array([col]), np.array([float(val)])
-            row, col, val = np.broadcast_arrays(row, col, np.asarray(val, dtype=np.float64))
-            self._rows.append(row.ravel() + self.height)
-            self._cols.append(col.ravel())
-            self._vals.append(val.ravel())
+            arrays = [part.size for part in (row, col, val) if isinstance(part, np.ndarray)]
+            size = arrays[0] if arrays else 1
+            self._rows.append(_spread(row, size) + self.height)
+            self._cols.append(_spread(col, size))
+            self._vals.append(_spread(val, size))
         self._rhs.append(rhs)
         if self._cones and kind != "second_order" and self._cones[-1][0] == kind:
             self._cones[-1] = (kind, self._cones[-1][1] + rhs.size)

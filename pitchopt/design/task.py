@@ -8,7 +8,7 @@ both depend on the mean pitch at which the wake was frozen.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Protocol, runtime_checkable
 
@@ -117,6 +117,9 @@ class DesignTask:
         Penalty on pitch travel [N m/rad].
     between_positions : int
         Rotor positions at which profiles are judged between the stations.
+    operating_pitch : float, optional
+        With ``equilibrium`` induction, the pitch around which curves are sampled densely and
+        pitch-rate terms and stall limits are taken [rad]; the best constant pitch by default.
 
     Raises
     ------
@@ -132,6 +135,7 @@ class DesignTask:
     harmonics: int | None = None
     travel: float = 0.0
     between_positions: int = 960
+    operating_pitch: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("positions", "between_positions"):
@@ -147,6 +151,23 @@ class DesignTask:
     def frozen(self) -> bool:
         """True when the curves depend on the mean pitch at which the wake is frozen."""
         return self.model.induction == "frozen"
+
+    @property
+    def balanced(self) -> bool:
+        """True when each azimuth and pitch has a momentum balance of its own."""
+        return self.model.induction == "equilibrium"
+
+    def operating_at(self, pitch: float) -> DesignTask:
+        """The task with curves around another pitch; itself where that makes no difference."""
+        return replace(self, operating_pitch=float(pitch)) if self.balanced else self
+
+    @cached_property
+    def _operating(self) -> float | None:
+        if not self.balanced or self.operating_pitch is not None:
+            return self.operating_pitch
+        grid = np.linspace(*self.mean_range, 41)
+        torque = [float(self.constant_loads(float(p)).mean[0]) for p in grid]
+        return float(grid[int(np.argmax(torque))])
 
     @cached_property
     def _problems(self) -> dict[float, DesignProblem]:
@@ -166,7 +187,8 @@ class DesignTask:
         if key not in self._problems:
             if len(self._problems) >= 64:
                 self._problems.pop(next(iter(self._problems)))
-            curves = self.model.curves(self.positions, mean_pitch if self.frozen else None)
+            at = mean_pitch if self.frozen else self._operating
+            curves = self.model.curves(self.positions, at)
             self._problems[key] = DesignProblem(
                 curves=curves, limits=self.limits, harmonics=self.harmonics
             )
@@ -179,16 +201,16 @@ class DesignTask:
         With a frozen wake the stall limits move with the mean pitch; the range of the
         actuator and of the model is narrowed to where a problem can be posed.
         """
-        if not self.frozen:
+        if not self.frozen and not self.balanced:
             return self.problem().constant_range
         low, high = self.limits.lower, self.limits.upper
         span = getattr(self.model, "pitch_range", (low, high))
         low, high = max(low, span[0]), min(high, span[1])
-        return _admitted(self, low, high)
+        return (low, high) if self.balanced else _admitted(self, low, high)
 
     def constant_loads(self, pitch: float) -> RotorLoads:
         """Loads of one constant pitch at the stations, the wake in equilibrium with it."""
-        if not self.frozen:
+        if not self.frozen and not self.balanced:
             problem = self.problem()
             return problem.curves.evaluate(np.full(problem.curves.stations, pitch))
         blades = _blade_count(self)
@@ -231,7 +253,7 @@ class DesignTask:
         """Rotor loads from the model's blade loads at evenly spaced azimuths."""
         assert not isinstance(self.model, CurvesModel)
         loads: Any = self.model.blade_loads(
-            psi, beta, mean_pitch=mean_pitch if self.frozen else None
+            psi, beta, mean_pitch=mean_pitch if self.frozen else self.operating_pitch
         )
         blade = np.stack([loads.torque, loads.bending, loads.radial, loads.thrust])
         if extra is not None:

@@ -1,0 +1,237 @@
+"""``pitchopt design``: one pitch profile."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pitchopt.cli.options import (
+    build_case,
+    case_options,
+    json_option,
+    output_options,
+    search_options,
+)
+from pitchopt.cli.values import Option, as_share, numbers, torque
+from pitchopt.errors import InputError
+
+if TYPE_CHECKING:
+    from pitchopt.cases import Case
+    from pitchopt.design import Design, DesignTask
+
+__all__ = ["Solved", "command", "goal_options", "solve"]
+
+_EPILOG = """\b
+Examples:
+  pitchopt design --case biegel2011 --max-power-loss 2%
+  pitchopt design --case nrel-5mw --wind-speed 15 --mean-torque rated --out above-rated
+  pitchopt design --case iea-15-240 --mu 10 --harmonics 3 --json
+  pitchopt design --curves table.npz --rotor-speed-rpm 12.1 --mu 3 --weights unit
+
+\b
+Files: design.json, profile.csv, profiles.npz, and profiles.png, loads.png, wind.png.
+
+\b
+With --mean-torque the profile is compared with the constant pitch of the same
+torque, otherwise with the constant pitch of largest torque."""
+
+
+def goal_options(function: Any) -> Any:
+    """The three goals of a design."""
+    for option in reversed(
+        [
+            click.option(
+                "--mu", type=Option("x", numbers), metavar="X", help="Price of the weighted RMS."
+            ),
+            click.option(
+                "--max-power-loss",
+                type=Option("share", as_share),
+                metavar="SHARE",
+                help="Least RMS for at most this loss of mean torque: 2% or 0.02.",
+            ),
+            click.option(
+                "--mean-torque",
+                type=Option("torque", torque),
+                metavar="VALUE|rated",
+                help="Least RMS at this mean torque [N m], as above rated wind.",
+            ),
+        ]
+    ):
+        function = option(function)
+    return function
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solved:
+    """A design and what it is compared with."""
+
+    case: Case
+    settings: dict[str, Any]
+    task: DesignTask
+    constant: Design
+    power_max: Design
+    design: Design
+
+
+def solve(case: Case, options: dict[str, Any]) -> Solved:
+    """Solve the design that the options ask for."""
+    goals = {
+        name: options[name]
+        for name in ("mu", "max_power_loss", "mean_torque")
+        if options[name] is not None
+    }
+    if len(goals) != 1:
+        flags = " and ".join("--" + name.replace("_", "-") for name in goals) or "none"
+        raise InputError(
+            f"goal: got {flags}, expected exactly one of --mu, --max-power-loss, --mean-torque"
+        )
+    if "mu" in goals:
+        if len(goals["mu"]) != 1:
+            raise InputError(f"--mu: got {len(goals['mu'])} numbers, expected one")
+        (goals["mu"],) = goals["mu"]
+    if goals.get("mean_torque") == "rated":
+        goals["mean_torque"] = _rated_torque(case)
+    settings = case.settings()
+    task = case.task()
+    certify = not options["no_certify"]
+    from pitchopt.cli.progress import Progress
+    from pitchopt.design import constant, design, power_max
+    from pitchopt.design.constant import constant_for_torque
+
+    with Progress() as progress:
+        found = design(
+            task,
+            starts=options["starts"],
+            certify=certify,
+            seed=options["seed"],
+            progress=progress,
+            **goals,
+        )
+        best = constant(task)
+        most = power_max(task, reference=best)
+        if "mean_torque" in goals:
+            best = constant_for_torque(task, goals["mean_torque"])
+    settings["search"] = {
+        **goals,
+        "starts": options["starts"],
+        "certify": certify,
+        "seed": options["seed"],
+    }
+    return Solved(
+        case=case, settings=settings, task=task, constant=best, power_max=most, design=found
+    )
+
+
+def _rated_torque(case: Case) -> float:
+    turbine = case.turbine_data
+    torque = None if turbine is None else turbine.rated_torque
+    if torque is None:
+        name = "a table of curves" if turbine is None else f"turbine {turbine.name!r}"
+        raise InputError(
+            f"--mean-torque: got 'rated', expected a number [N m]: the rated torque of {name} is "
+            "not known"
+        )
+    return torque
+
+
+@click.command("design", epilog=_EPILOG)
+@goal_options
+@case_options
+@search_options
+@click.option("--no-plots", is_flag=True, help="Leave out the pictures.")
+@output_options
+@json_option
+def command(**options: Any) -> int:
+    """One pitch profile.
+
+    Exactly one of --mu, --max-power-loss and --mean-torque says which.
+    """
+    began = time.perf_counter()
+    from pitchopt.cli import output
+    from pitchopt.exports import design_document, document_text
+
+    case = build_case(options)
+    as_json = options["as_json"]
+    folder = output.out_folder(options["out"], "design", case, as_json=as_json)
+    solved = solve(case, options)
+    files = _files(solved, plots=not options["no_plots"]) if folder else {}
+    document = design_document(
+        case.name,
+        solved.settings,
+        solved.design,
+        constant=solved.constant,
+        power_max=solved.power_max,
+        seconds=time.perf_counter() - began,
+    )
+    written = output.save(folder, {**files, "design.json": document_text(document)})
+    if as_json:
+        click.echo(document_text(document), nl=False)
+    else:
+        _print(solved, document)
+        output.closing(folder, written, time.perf_counter() - began)
+    output.warn_about([("design", solved.design)], case)
+    return 0 if solved.design.status.ok else 1
+
+
+def _files(solved: Solved, *, plots: bool) -> dict[str, bytes | str]:
+    from pitchopt.exports import profile_csv, profile_set
+    from pitchopt.exports.profiles import label_of
+
+    case, design = solved.case, solved.design
+    speed = case.rotor_speed
+    profiles = profile_set(
+        solved.constant,
+        solved.power_max,
+        [design],
+        blades=case.blades,
+        rotor_speed=speed,
+        settings={"case": case.name, **solved.settings},
+    )
+    files: dict[str, bytes | str] = {
+        "profile.csv": profile_csv(design.azimuth, design.profile, rotor_speed=speed),
+        "profiles.npz": profiles.to_bytes(),
+    }
+    if plots:
+        from pitchopt.cli.output import wind_plot
+        from pitchopt.plotting import loads_figure, png, profiles_figure
+
+        shown = {label_of(design): design, "constant": solved.constant}
+        files |= {
+            "profiles.png": png(profiles_figure(shown, title=case.name)),
+            "loads.png": png(loads_figure(shown, title=case.name)),
+            **wind_plot(case),
+        }
+    return files
+
+
+def _print(solved: Solved, document: dict[str, Any]) -> None:
+    from pitchopt.cli.output import case_line
+    from pitchopt.cli.tables import design_table, number, reference_row
+
+    record = document["design"]
+    constant = reference_row(document["constant"], document["power_max"])
+    name = "constant pitch" if record["kind"] == "mean_torque" else "best constant pitch"
+    rows = [
+        (name, constant, ""),
+        ("power maximum", document["power_max"], ""),
+        (record["label"], record, "<- design"),
+    ]
+    click.echo(case_line(solved.case, solved.settings) + "\n")
+    click.echo(design_table(rows) + "\n")
+    for key, where in (("rms", ""), ("rms_between", ", between the stations")):
+        before, after = document["constant"][key], record[key]
+        if before is None or after is None:
+            continue
+        cuts = [
+            f"{load} {number(100 * (1 - value / before[load]), '%')} %"
+            for load, value in after.items()
+            if before[load] > 0
+        ]
+        click.echo(f"RMS cut against the constant pitch{where}: {', '.join(cuts)}")
+    if record["rms_lower_bound"] is not None and record["rms_weighted"] > 0:
+        share = 100 * record["rms_lower_bound"] / record["rms_weighted"]
+        click.echo(f"no profile with this torque has less than {share:.1f} % of the weighted RMS")
+    click.echo("")

@@ -1,0 +1,119 @@
+"""What commands share about their results: folders, plots, closing lines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from pitchopt.cases import Case
+    from pitchopt.design import Design, Tradeoff
+
+__all__ = ["case_line", "out_folder", "save", "wind_plot"]
+
+
+def out_folder(out: str | None, command: str, case: Case, *, as_json: bool) -> Path | None:
+    """Folder for the files, checked before the computation; None for no files."""
+    from pitchopt.exports import check_folder
+
+    if out is None:
+        if as_json:
+            return None
+        out = f"{command}-{case.name.replace('/', '-').replace(' ', '-')}"
+    return check_folder(out, "--out")
+
+
+def case_line(case: Case, settings: Mapping[str, Any]) -> str:
+    """What is designed, in two lines."""
+    wind, limits, objective = settings["wind"], settings["limits"], settings["objective"]
+    rpm = settings["operation"]["rotor_speed_rpm"]
+    if case.table is not None:
+        first = f"curves {case.curves}, {rpm:.4g} rpm"
+    else:
+        shear = {
+            "power": f"power-law shear {wind['shear_exponent']:g}",
+            "cubic": f"cubic shear {wind['shear_exponent']:g}",
+            "log": f"log law, roughness {wind['roughness_length']:g} m",
+            "none": "no shear",
+        }[wind["shear"]]
+        if wind["disc"]:
+            shear = f"speed over the disc from {wind['disc']}"
+        tower = "tower shadow" if wind["tower_shadow"] else "no tower shadow"
+        first = (
+            f"turbine {case.turbine}, {wind['speed']:g} m/s, {shear}, {tower}, {rpm:.4g} rpm, "
+            f"induction {settings['aero']['induction']}"
+        )
+    cap, harmonics = objective["blade_cap"], objective["harmonics"]
+    second = (
+        f"{limits['positions']} rotor positions, pitch {limits['pitch_min_deg']:g} to "
+        f"{limits['pitch_max_deg']:g} deg at {limits['pitch_rate_deg']:g} deg/s, weights "
+        f"{objective['weights_name']}"
+        + ("" if cap == "none" else f", blade RMS at most {cap:g} of constant pitch")
+        + ("" if harmonics == "none" else f", harmonics up to {harmonics}P")
+        + ("" if not objective["travel_penalty"] else f", travel {objective['travel_penalty']:g}")
+    )
+    return f"{case.name}: {first}\n{second}"
+
+
+def save(folder: Path | None, files: Mapping[str, bytes | str]) -> list[str]:
+    """Write the files, if there is a folder for them; returns their paths."""
+    if folder is None:
+        return []
+    from pitchopt.exports import write_files
+
+    return [str(path) for path in write_files(folder, files)]
+
+
+def wind_plot(case: Case) -> dict[str, bytes]:
+    """Picture of the wind over the disc; none for a table of curves."""
+    if case.table is not None:
+        return {}
+    from matplotlib.figure import Figure
+
+    from pitchopt.plotting import plot_wind_field, png
+    from windfield import WindFieldError, sample_disc
+
+    rotor = case.rotor()
+    try:
+        sample = sample_disc(
+            case.wind_field(),
+            rotor.radius,
+            hub_height=rotor.hub_height,
+            x=-rotor.overhang,
+            rings=60,
+            azimuths=180,
+            closed=True,
+        )
+    except WindFieldError:
+        return {}  # a disc file that covers the blades but not the whole disc
+    figure = Figure(figsize=(6.0, 4.8), layout="constrained")
+    plot_wind_field(sample, ax=figure.add_subplot())
+    return {"wind.png": png(figure)}
+
+
+def closing(folder: Path | None, files: Sequence[str], seconds: float) -> None:
+    """The last lines of a command."""
+    where = "" if folder is None else f"{len(files)} files in {folder}/, "
+    click.echo(f"{where}{seconds:.1f} s")
+
+
+def warn_about(designs: Sequence[tuple[str, Design]], case: Case) -> None:
+    """One line on standard error for every design that is not an answer in full."""
+    from pitchopt.design import Status
+
+    for label, design in designs:
+        if design.status.ok:
+            continue
+        hint = ""
+        if design.status is Status.INFEASIBLE and case.objective.blade_cap is not None:
+            hint = "; ask for less torque, or give a larger --blade-cap or none"
+        text = " ".join(design.message.split())
+        click.echo(f"pitchopt: {label}: {design.status.value}: {text}{hint}", err=True)
+
+
+def failed(result: Tradeoff) -> bool:
+    """True when nothing of a trade-off can be used as an answer."""
+    return not result.power_max.status.ok or not any(p.status.ok for p in result.points)

@@ -1,0 +1,191 @@
+"""``pitchopt tradeoff``: the curve between mean torque and load variation."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pitchopt.cli.options import (
+    build_case,
+    case_options,
+    json_option,
+    output_options,
+    search_options,
+)
+from pitchopt.cli.values import Option, as_share, numbers, whole
+from pitchopt.errors import InputError
+
+if TYPE_CHECKING:
+    from pitchopt.cases import Case
+    from pitchopt.design import Tradeoff
+
+__all__ = ["command"]
+
+ALWAYS = (0.03, 0.07)
+POINTS = 20
+
+_EPILOG = """\b
+Examples:
+  pitchopt tradeoff --case biegel2011 --out demo
+  pitchopt tradeoff --case nrel-5mw --wind-speed 9 --positions 48 --loss 1% --loss 2%
+  pitchopt tradeoff --case my-case.toml --mu 1,3,10,30 --json > curve.json
+  pitchopt tradeoff --curves table.npz --rotor-speed-rpm 12.1
+
+\b
+Files: tradeoff.csv, tradeoff.json, profiles.npz, and tradeoff.png, profiles.png,
+loads.png, wind.png.
+
+\b
+In the table, RMS cuts are against the best constant pitch, weighted as the
+objective is; "between" judges the profile, interpolated linearly, between its
+stations as well. Torque is lost against the power maximum. "gap" is how far a
+point's objective is from the proven bound, as a share of the largest torque
+(with a frozen wake: for the point's own mean pitch)."""
+
+
+@click.command("tradeoff", epilog=_EPILOG)
+@case_options
+@click.option(
+    "--mu",
+    type=Option("x,x,...", numbers),
+    multiple=True,
+    help="Prices of the weighted RMS; may be repeated.",
+)
+@click.option(
+    "--points",
+    type=Option("n", whole(1, 1000)),
+    help=f"Number of prices, chosen for the case.  [default: {POINTS}]",
+)
+@click.option(
+    "--loss",
+    type=Option("share", as_share),
+    multiple=True,
+    metavar="SHARE",
+    help="Add the design of least RMS for this loss of torque; 3% and 7% always stand there.",
+)
+@search_options
+@click.option("--no-plots", is_flag=True, help="Leave out the pictures.")
+@output_options
+@json_option
+def command(**options: Any) -> int:
+    """Trade-off between mean torque and load variation.
+
+    Prints the power maximum, the best constant pitch and the points between them with the
+    knee marked, and writes tables, profiles and pictures.
+    """
+    began = time.perf_counter()
+    from pitchopt.cli import output
+    from pitchopt.cli.progress import Progress
+    from pitchopt.exports import tradeoff_document
+
+    case = build_case(options)
+    mu = [price for group in options["mu"] for price in group]
+    if mu and options["points"] is not None:
+        raise InputError("--points: got a number together with --mu, expected one of the two")
+    as_json = options["as_json"]
+    folder = output.out_folder(options["out"], "tradeoff", case, as_json=as_json)
+    settings = case.settings()
+    task = case.task()
+    from pitchopt.design import tradeoff
+
+    losses = sorted({*ALWAYS, *options["loss"]})
+    certify = not options["no_certify"]
+    with Progress() as progress:
+        result = tradeoff(
+            task,
+            mu=mu or None,
+            points=options["points"] or POINTS,
+            losses=losses,
+            starts=options["starts"],
+            certify=certify,
+            seed=options["seed"],
+            progress=progress,
+        )
+    settings["search"] = {
+        "mu": [point.mu for point in result.points if point.kind == "mu"],
+        "losses": losses,
+        "starts": options["starts"],
+        "certify": certify,
+        "seed": options["seed"],
+    }
+    files = _files(case, settings, result, plots=not options["no_plots"]) if folder else {}
+    document = tradeoff_document(case.name, settings, result, time.perf_counter() - began)
+    written = output.save(folder, {**files, **_text_files(document, result)})
+    if as_json:
+        from pitchopt.exports import document_text
+
+        click.echo(document_text(document), nl=False)
+    else:
+        _print(case, settings, document)
+        output.closing(folder, written, time.perf_counter() - began)
+    output.warn_about([("power maximum", result.power_max), *_labelled(result)], case)
+    return 1 if output.failed(result) else 0
+
+
+def _labelled(result: Tradeoff) -> list[tuple[str, Any]]:
+    from pitchopt.exports.profiles import label_of
+
+    return [(label_of(point), point) for point in result.points]
+
+
+def _text_files(document: dict[str, Any], result: Tradeoff) -> dict[str, str]:
+    from pitchopt.exports import document_text, tradeoff_csv
+
+    constant = {"label": "constant", "kind": "constant", **document["constant"]}
+    rows = [constant, document["power_max"], *document["points"]]
+    return {
+        "tradeoff.csv": tradeoff_csv(rows, result.knee + 2 if result.points else None),
+        "tradeoff.json": document_text(document),
+    }
+
+
+def _files(
+    case: Case, settings: dict[str, Any], result: Tradeoff, *, plots: bool
+) -> dict[str, bytes | str]:
+    from pitchopt.exports import tradeoff_profiles
+
+    profiles = tradeoff_profiles(
+        result,
+        blades=case.blades,
+        rotor_speed=case.rotor_speed,
+        settings={"case": case.name, **settings},
+    )
+    files: dict[str, bytes | str] = {"profiles.npz": profiles.to_bytes()}
+    if plots:
+        from pitchopt.cli.output import wind_plot
+        from pitchopt.plotting import loads_figure, png, profiles_figure, tradeoff_figure
+
+        knee = result.points[result.knee]
+        shown = {"power maximum": result.power_max, "knee": knee}
+        name = settings["objective"]["weights_name"]
+        files |= {
+            "tradeoff.png": png(tradeoff_figure(result, weights_name=name, title=case.name)),
+            "profiles.png": png(profiles_figure(shown, title=case.name)),
+            "loads.png": png(loads_figure({**shown, "constant": result.constant}, title=case.name)),
+            **wind_plot(case),
+        }
+    return files
+
+
+def _print(case: Case, settings: dict[str, Any], document: dict[str, Any]) -> None:
+    from pitchopt.cases import builtin_names, load_case
+    from pitchopt.cli.output import case_line
+    from pitchopt.cli.tables import design_table, paper_table, reference_row
+
+    knee = document["knee"]["index"]
+    constant = reference_row(document["constant"], document["power_max"])
+    rows = [
+        ("best constant pitch", constant, ""),
+        ("power maximum", document["power_max"], ""),
+        *(
+            (point["label"], point, "<- knee" if number == knee else "")
+            for number, point in enumerate(document["points"])
+        ),
+    ]
+    click.echo(case_line(case, settings) + "\n")
+    click.echo(design_table(rows) + "\n")
+    if "biegel2011" in builtin_names() and case == load_case("biegel2011"):
+        click.echo("Beside the paper (sum of the four RMS values in N m and N)\n")
+        click.echo(paper_table(document) + "\n")

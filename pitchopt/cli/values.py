@@ -1,0 +1,128 @@
+"""Types of option values: every bad one ends in one line that names the option.
+
+Imports of the rest of pitchopt wait until a value is there, so that ``--help`` is quick.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import click
+
+from pitchopt.errors import InputError
+
+__all__ = ["Given", "Option", "as_share", "case_value", "numbers", "positive", "torque", "whole"]
+
+Parser = Callable[[str, str], Any]
+"""From the option's name and the text that it was given to the value, or an `InputError`."""
+
+
+@dataclass(frozen=True)
+class Given:
+    """A value that the user gave, as against one that was left out."""
+
+    value: Any
+
+
+class Option(click.ParamType[Any]):
+    """Values that a parser makes of text."""
+
+    def __init__(self, metavar: str, parser: Parser) -> None:
+        self.name = metavar
+        self.parser = parser
+
+    def convert(
+        self,
+        value: Any,
+        param: click.Parameter | None,
+        ctx: click.Context | None,  # noqa: ARG002  part of click's interface
+    ) -> Any:
+        """The value; defaults of other types than text stand for themselves."""
+        if not isinstance(value, str):
+            return value
+        name = max(param.opts, key=len) if param is not None and param.opts else "value"
+        return self.parser(name, value)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def case_value(field: str) -> Parser:
+    """Parser of a value of the case, by the schema of :mod:`pitchopt.cases`."""
+
+    def parse(name: str, text: str) -> Given:
+        from pitchopt.cases.settings import SCHEMA
+
+        section, _, attribute = field.partition(".")
+        (kind,) = (e.kind for e in SCHEMA if (e.section, e.attribute) == (section, attribute))
+        return Given(kind.parse(name, text))
+
+    return parse
+
+
+def as_share(name: str, text: str) -> float:
+    """Share between 0 and 1 of ``2%``, ``2 %`` or ``0.02``."""
+    body = text.strip()
+    percent = body.endswith("%")
+    share = _number(body.removesuffix("%").strip()) / (100.0 if percent else 1.0)
+    if not 0.0 < share < 1.0:
+        raise InputError(
+            f"{name}: got {text!r}, expected a share above 0 and below 100 %, such as 2% or 0.02"
+        )
+    return share
+
+
+def numbers(name: str, text: str) -> tuple[float, ...]:
+    """Numbers of 0 or more, separated by commas."""
+    values = tuple(map(_number, text.split(",")))
+    if not all(math.isfinite(value) and value >= 0 for value in values):
+        raise InputError(
+            f"{name}: got {text!r}, expected finite numbers of 0 or more, such as 1,3,10"
+        )
+    return values
+
+
+def torque(name: str, text: str) -> float | str:
+    """A mean torque [N m], or the word ``rated``."""
+    if text.strip() == "rated":
+        return "rated"
+    value = _number(text)
+    if not (math.isfinite(value) and value > 0):
+        raise InputError(f"{name}: got {text!r}, expected a finite number above 0 [N m] or 'rated'")
+    return value
+
+
+def whole(low: int, high: int) -> Parser:
+    """Parser of whole numbers between limits."""
+
+    def parse(name: str, text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = low - 1
+        if not low <= value <= high:
+            raise InputError(f"{name}: got {text!r}, expected a whole number from {low} to {high}")
+        return value
+
+    return parse
+
+
+def positive(high: float, unit: str) -> Parser:
+    """Parser of numbers above 0 and at most `high`."""
+
+    def parse(name: str, text: str) -> float:
+        value = _number(text)
+        if not 0.0 < value <= high:
+            raise InputError(
+                f"{name}: got {text!r}, expected a number above 0 and at most {high:g} [{unit}]"
+            )
+        return value
+
+    return parse

@@ -1,0 +1,25 @@
+"""Plots: results to Axes.
+
+``plot_x(result, *, ax=None) -> Axes`` draws and returns; it never shows, saves or changes
+matplotlib's settings.  `figures` puts several of them on one page.
+"""
+
+from __future__ import annotations
+
+from pitchopt.plotting.figures import loads_figure, png, profiles_figure, tradeoff_figure
+from pitchopt.plotting.passage import plot_loads, plot_profiles
+from pitchopt.plotting.polar import plot_polar_fit
+from pitchopt.plotting.tradeoff import plot_tradeoff
+from pitchopt.plotting.wind import plot_wind_field
+
+__all__ = [
+    "loads_figure",
+    "plot_loads",
+    "plot_polar_fit",
+    "plot_profiles",
+    "plot_tradeoff",
+    "plot_wind_field",
+    "png",
+    "profiles_figure",
+    "tradeoff_figure",
+]

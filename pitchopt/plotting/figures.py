@@ -1,0 +1,66 @@
+"""Whole figures of a trade-off or a design, and their PNG files.
+
+They use no pyplot, hence no state that others share, and return figures; `png` renders one.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from pitchopt.aero.curves import LOADS
+from pitchopt.plotting.passage import plot_loads, plot_profiles
+from pitchopt.plotting.tradeoff import plot_tradeoff
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pitchopt.design.results import Design, Tradeoff
+
+__all__ = ["loads_figure", "png", "profiles_figure", "tradeoff_figure"]
+
+
+def _figure(width: float, height: float) -> Figure:
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def tradeoff_figure(result: Tradeoff, *, weights_name: str = "", title: str = "") -> Figure:
+    """Trade-off curve with its legend beside it."""
+    figure = _figure(8.4, 4.6)
+    ax = plot_tradeoff(result, weights_name=weights_name, ax=figure.add_subplot())
+    ax.set_title(title, loc="left", fontsize="medium")
+    return figure
+
+
+def profiles_figure(designs: Mapping[str, Design], *, title: str = "") -> Figure:
+    """Pitch of all blades over one passage."""
+    figure = _figure(6.8, 4.6)
+    plot_profiles(designs, ax=figure.add_subplot())
+    figure.suptitle(title, x=0.01, ha="left", fontsize="medium")
+    return figure
+
+
+def loads_figure(designs: Mapping[str, Design], *, title: str = "") -> Figure:
+    """Torque, tilt, yaw and thrust over one passage, one panel each."""
+    figure = _figure(9.0, 6.4)
+    for ax, load in zip(figure.subplots(2, 2, sharex=True).flat, LOADS, strict=True):
+        plot_loads(designs, load=load, ax=ax)
+        if load in LOADS[:2]:
+            ax.set_xlabel("")
+        legend = ax.get_legend()
+        if legend is not None and load != LOADS[0]:
+            legend.remove()
+    figure.suptitle(title, x=0.01, ha="left", fontsize="medium")
+    return figure
+
+
+def png(figure: Figure, *, dpi: int = 150) -> bytes:
+    """Content of a PNG file."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    buffer = io.BytesIO()
+    FigureCanvasAgg(figure).print_figure(buffer, dpi=dpi, format="png")
+    return buffer.getvalue()

@@ -1,0 +1,42 @@
+"""Every example runs, shortened, in a folder of its own."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(__file__).resolve().parents[2] / "examples"
+EXAMPLES = sorted(FOLDER.glob("[0-9]*.py"))
+
+WRITES = {
+    "01_wind_field": ["01_wind_field.png"],
+    "02_polar_fit": ["02_polar_fit.png"],
+    "03_tradeoff_curve": ["03_tradeoff_curve.png"],
+    "04_profiles_and_loads": ["04_loads.png", "04_profiles.png"],
+    "05_own_turbine": ["05_loads.png"],
+    "06_max_power_loss": ["06_harmonics.csv"],
+    "07_own_wind": ["07_own_wind.png"],
+    "08_curves_from_another_code": ["08_curves.csv"],
+    "09_aerodyn_motion_files": ["09_aerodyn"],
+}
+
+
+def test_every_example_is_listed():
+    assert [path.stem for path in EXAMPLES] == list(WRITES)
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_example(path, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    spec = importlib.util.spec_from_file_location(f"example_{path.stem}", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    module.main(["out", "--quick"])
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == WRITES[path.stem]
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+    text = capsys.readouterr().out
+    assert text.strip()
+    for word in ("infeasible", "failed", "iteration limit"):
+        assert word not in text
