@@ -18,8 +18,8 @@ from scipy.optimize import fsolve
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from pitchopt.cases import load_case  # noqa: E402
-from pitchopt.design import constant  # noqa: E402
+from pitchopt.cases import load_case
+from pitchopt.design import constant
 
 TORQUE, RMS_SUM = 1.41e6, 3.2e4
 

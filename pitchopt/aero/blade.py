@@ -18,8 +18,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pitchopt.aero._checks import FloatArray, finite_array
 from pitchopt.aero.polars import Polar, blend
+from pitchopt.checks import FloatArray, finite_array
 from pitchopt.errors import InputError
 
 __all__ = ["Blade"]

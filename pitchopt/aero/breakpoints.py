@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pitchopt.aero._checks import FloatArray
 from pitchopt.aero.tables import pad_row
+from pitchopt.checks import FloatArray
 
 __all__ = ["MERGE", "accumulate", "pad_rows", "sample_points", "thin"]
 

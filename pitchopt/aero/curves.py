@@ -27,11 +27,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pitchopt.aero.tables import CURVES, RATES, pad_row, read_table, write_table
+from pitchopt.checks import FloatArray, finite_array, finite_number, whole_number
 from pitchopt.errors import InputError
 
 __all__ = ["LOADS", "BladeCurves", "RotorLoads"]
-
-FloatArray = NDArray[np.float64]
 
 LOADS = ("torque", "tilt", "yaw", "thrust")
 """Order of the four rotor loads wherever they share an axis."""
@@ -67,19 +66,6 @@ class RotorLoads(NamedTuple):
     def blade_rms(self) -> float:
         """J_blade: root mean square deviation of one blade's bending over the turn [N m]."""
         return float(self.bending.std())
-
-
-def _frozen(name: str, value: ArrayLike, shape: tuple[int, ...] | None = None) -> FloatArray:
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name}: expected numbers, got {type(value).__name__}") from error
-    if shape is not None and array.shape != shape:
-        raise InputError(f"{name}: got shape {array.shape}, expected {shape}")
-    if not np.all(np.isfinite(array)):
-        raise InputError(f"{name}: got {np.sum(~np.isfinite(array))} NaN or infinite values")
-    array.setflags(write=False)
-    return array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -127,19 +113,18 @@ class BladeCurves:
     notes: str = field(default="")
 
     def __post_init__(self) -> None:
-        if isinstance(self.blades, bool) or int(self.blades) != self.blades or self.blades < 1:
-            raise InputError(f"blades: got {self.blades!r}, expected a whole number of at least 1")
-        azimuth = _frozen("azimuth", self.azimuth)
-        if azimuth.ndim != 1 or azimuth.size == 0 or azimuth.size % self.blades:
+        blades = whole_number("blades", self.blades, at_least=1)
+        azimuth = finite_array("azimuth", self.azimuth)
+        if azimuth.size % blades:
             raise InputError(
                 f"azimuth: got shape {azimuth.shape}, expected (N,) with N a multiple of the "
-                f"{self.blades} blades"
+                f"{blades} blades"
             )
         stations = azimuth.size
         expected = azimuth[0] + 2 * np.pi * np.arange(stations) / stations
         if not np.allclose(azimuth, expected, rtol=0.0, atol=1e-6):
             raise InputError("azimuth: stations must be evenly spaced over one full turn")
-        beta = _frozen("beta", self.beta)
+        beta = finite_array("beta", self.beta, shape=np.shape(self.beta))
         if beta.ndim != 2 or beta.shape[0] != stations or beta.shape[1] < 2:
             raise InputError(f"beta: got shape {beta.shape}, expected ({stations}, K), K >= 2")
         spacing = np.diff(beta, axis=1)
@@ -150,19 +135,19 @@ class BladeCurves:
                 f"row; row {row} has a step of {spacing[row].min():.3g} rad"
             )
         set_ = object.__setattr__
-        set_(self, "blades", int(self.blades))
+        set_(self, "blades", blades)
         set_(self, "azimuth", azimuth)
         set_(self, "beta", beta)
         for name in CURVES:
             value = getattr(self, name)
             value = np.zeros(beta.shape) if value is None else value
-            set_(self, name, _frozen(name, value, beta.shape))
+            set_(self, name, finite_array(name, value, shape=beta.shape))
         for name in RATES:
             value = getattr(self, name)
             value = np.zeros(stations) if value is None else value
-            set_(self, name, _frozen(name, value, (stations,)))
-        if self.mean_pitch is not None and not np.isfinite(self.mean_pitch):
-            raise InputError(f"mean_pitch: got {self.mean_pitch}, expected a finite angle")
+            set_(self, name, finite_array(name, value, shape=(stations,)))
+        if self.mean_pitch is not None:
+            set_(self, "mean_pitch", finite_number("mean_pitch", self.mean_pitch))
 
     # ---- sizes -------------------------------------------------------------------------
 
@@ -320,8 +305,11 @@ class BladeCurves:
         InputError
             If an interval is empty.
         """
-        low = np.maximum(self.lower, np.broadcast_to(np.asarray(lower, float), (self.stations,)))
-        high = np.minimum(self.upper, np.broadcast_to(np.asarray(upper, float), (self.stations,)))
+        low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
+        for name, limit in (("lower", low), ("upper", high)):
+            if limit.shape not in {(), (self.stations,)}:
+                raise InputError(f"{name}: got shape {limit.shape}, expected ({self.stations},)")
+        low, high = np.maximum(self.lower, low), np.minimum(self.upper, high)
         if np.any(high - low < _MIN_SPACING):
             row = int(np.argmin(high - low))
             raise InputError(

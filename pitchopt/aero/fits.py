@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pitchopt.aero._checks import FloatArray, finite_array, finite_number
 from pitchopt.aero.polars import Polar
+from pitchopt.checks import FloatArray, finite_array, finite_number
 from pitchopt.errors import ComputationError, InputError
 
 __all__ = ["SLACK", "PolarFit", "fit_polar"]

@@ -19,11 +19,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pitchopt.aero._checks import FloatArray
 from pitchopt.aero.breakpoints import accumulate, pad_rows, thin
 from pitchopt.aero.fits import PolarFit
 from pitchopt.aero.induction import SectionPolars
 from pitchopt.aero.loads import LoadMap
+from pitchopt.checks import FloatArray
 
 __all__ = ["TANGENT", "FixedInflow"]
 

@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pitchopt.aero._checks import FloatArray
 from pitchopt.aero.induction import (
     Momentum,
     SectionPolars,
@@ -19,6 +18,7 @@ from pitchopt.aero.induction import (
     solve_induction,
 )
 from pitchopt.aero.rotor import Inflow, Rotor, Sections, hub_axes
+from pitchopt.checks import FloatArray
 
 __all__ = ["Flow", "balanced_flow", "free_flow", "loss_constants", "wake_skew"]
 

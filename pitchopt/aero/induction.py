@@ -30,8 +30,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pitchopt.aero._checks import FloatArray
 from pitchopt.aero.polars import Polar
+from pitchopt.checks import FloatArray
 
 __all__ = [
     "Induction",

@@ -22,8 +22,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pitchopt.aero._checks import FloatArray
 from pitchopt.aero.rotor import Sections
+from pitchopt.checks import FloatArray
 
 __all__ = ["BladeLoads", "LoadMap", "load_map"]
 

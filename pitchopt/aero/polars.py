@@ -13,7 +13,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pitchopt.aero._checks import FloatArray, finite_array
+from pitchopt.checks import FloatArray, finite_array
 from pitchopt.errors import InputError
 
 __all__ = ["Polar", "blend"]

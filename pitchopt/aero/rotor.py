@@ -22,8 +22,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from pitchopt.aero._checks import FloatArray, finite_number
 from pitchopt.aero.blade import Blade
+from pitchopt.checks import FloatArray, finite_number
 from pitchopt.errors import InputError
 
 __all__ = ["Inflow", "Rotor", "SectionWind", "Sections", "hub_axes"]

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pitchopt.aero._checks import FloatArray
 from pitchopt.aero.polars import Polar
+from pitchopt.checks import FloatArray
 
 __all__ = ["crossings", "section_limits"]
 

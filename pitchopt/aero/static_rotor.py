@@ -26,7 +26,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pitchopt.aero._checks import FloatArray, finite_number
+from pitchopt.aero.breakpoints import sample_points
 from pitchopt.aero.curves import BladeCurves
 from pitchopt.aero.fits import PolarFit, fit_polar
 from pitchopt.aero.fixed_inflow import FixedInflow
@@ -35,6 +35,7 @@ from pitchopt.aero.induction import Momentum, SectionPolars
 from pitchopt.aero.loads import BladeLoads, load_map
 from pitchopt.aero.rotor import Inflow, Rotor
 from pitchopt.aero.section_limits import crossings, section_limits
+from pitchopt.checks import FloatArray, finite_number
 from pitchopt.errors import InputError
 
 __all__ = ["FrozenErrors", "StaticRotor"]

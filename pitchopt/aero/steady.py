@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pitchopt.aero._checks import FloatArray, finite_array, finite_number
 from pitchopt.aero.rotor import Inflow, Rotor
 from pitchopt.aero.static_rotor import StaticRotor
+from pitchopt.checks import FloatArray, finite_array, finite_number
 from pitchopt.errors import InputError
 
 __all__ = [

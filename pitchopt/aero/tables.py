@@ -127,13 +127,16 @@ def read_table(source: Path) -> dict[str, Any]:
 def _read_npz(source: Path) -> dict[str, Any]:
     known = {"blades", "azimuth", "beta", "mean_pitch", *CURVES, *RATES}
     try:
-        with np.load(source, allow_pickle=False) as data:
+        with source.open("rb") as stream, np.load(stream, allow_pickle=False) as data:
             content: dict[str, Any] = {name: data[name] for name in data.files if name in known}
     except Exception as error:
         raise InputError(f"curves file: {source} is not a readable NPZ ({error})") from error
     missing = sorted({"blades", *_NEEDED} - content.keys())
     if missing:
         raise InputError(f"curves file: {source} lacks {', '.join(missing)}")
+    for name, array in content.items():
+        if array.dtype.kind not in "fiu":
+            raise InputError(f"{name}: {source} holds {array.dtype}, expected numbers")
     for name in ("blades", "mean_pitch"):
         if name in content:
             if content[name].size != 1:
@@ -152,7 +155,10 @@ def _read_csv(source: Path) -> dict[str, Any]:
         for part in lines.pop(0)[1:].split():
             name, _, value = part.partition("=")
             header[name] = value
-    rows = list(csv.DictReader(lines))
+    try:
+        rows = list(csv.DictReader(lines))
+    except csv.Error as error:
+        raise InputError(f"curves file: {source} is not a table ({error})") from error
     missing = [name for name in ("station", *_NEEDED) if not rows or name not in rows[0]]
     if missing or "blades" not in header:
         what = "the line '# blades=3'" if not missing else "the columns " + ", ".join(missing)
@@ -171,8 +177,12 @@ def _read_csv(source: Path) -> dict[str, Any]:
     for name, values in columns.items():
         if not np.all(np.isfinite(values)):
             raise InputError(f"{name}: {source} holds NaN or infinite values")
+    if station.min() < 0 or station.max() >= station.size:
+        raise InputError(
+            f"station: {source} counts from {station.min()} to {station.max()}, expected 0 to N - 1"
+        )
     groups = [np.flatnonzero(station == n) for n in range(int(station.max()) + 1)]
-    if any(group.size < 2 for group in groups) or station.min() < 0:
+    if any(group.size < 2 for group in groups):
         raise InputError(f"curves file: {source} needs at least two rows for every station")
     for n, group in enumerate(groups):
         if np.any(np.diff(columns["beta"][group]) <= 0):

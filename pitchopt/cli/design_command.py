@@ -98,11 +98,10 @@ def solve(case: Case, options: dict[str, Any]) -> Solved:
     task = case.task()
     certify = not options["no_certify"]
     from pitchopt.cli.progress import Progress
-    from pitchopt.design import constant, design, power_max
-    from pitchopt.design.constant import constant_for_torque
+    from pitchopt.design import compared
 
     with Progress() as progress:
-        found = design(
+        found = compared(
             task,
             starts=options["starts"],
             certify=certify,
@@ -110,10 +109,6 @@ def solve(case: Case, options: dict[str, Any]) -> Solved:
             progress=progress,
             **goals,
         )
-        best = constant(task)
-        most = power_max(task, reference=best)
-        if "mean_torque" in goals:
-            best = constant_for_torque(task, goals["mean_torque"])
     settings["search"] = {
         **goals,
         "starts": options["starts"],
@@ -121,7 +116,12 @@ def solve(case: Case, options: dict[str, Any]) -> Solved:
         "seed": options["seed"],
     }
     return Solved(
-        case=case, settings=settings, task=task, constant=best, power_max=most, design=found
+        case=case,
+        settings=settings,
+        task=task,
+        constant=found.constant,
+        power_max=found.power_max,
+        design=found.design,
     )
 
 

@@ -8,12 +8,13 @@ from pitchopt.design.multipliers import Multipliers
 from pitchopt.design.problem import DesignProblem, LoadWeights, Objective
 from pitchopt.design.program import ConvexSubproblem
 from pitchopt.design.relaxation import Relaxation, relax
-from pitchopt.design.results import Design, Status, Tradeoff
-from pitchopt.design.scp import LocalSolution, ScpSettings, solve_local
+from pitchopt.design.results import Compared, Design, LocalSolution, Status, Tradeoff
+from pitchopt.design.scp import ScpSettings, solve_local
 from pitchopt.design.task import CurvesModel, DesignTask, PitchModel
-from pitchopt.design.tradeoff import constant, default_mu, design, power_max, tradeoff
+from pitchopt.design.tradeoff import compared, constant, default_mu, design, power_max, tradeoff
 
 __all__ = [
+    "Compared",
     "ConvexSubproblem",
     "CurvesModel",
     "Design",
@@ -29,6 +30,7 @@ __all__ = [
     "ScpSettings",
     "Status",
     "Tradeoff",
+    "compared",
     "constant",
     "default_mu",
     "design",

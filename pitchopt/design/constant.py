@@ -62,8 +62,16 @@ def best_constant(task: DesignTask) -> Design:
     return _constant_design(task, pitch, None, time.perf_counter() - began)
 
 
-def constant_for_torque(task: DesignTask, torque: float) -> Design:
+def constant_for_torque(task: DesignTask, torque: float, *, best: Design | None = None) -> Design:
     """The constant pitch, towards feather, that gives a mean torque.
+
+    Parameters
+    ----------
+    task : DesignTask
+    torque : float
+        [N m].
+    best : Design, optional
+        The best constant pitch, if it is known.
 
     Raises
     ------
@@ -71,7 +79,7 @@ def constant_for_torque(task: DesignTask, torque: float) -> Design:
         If no constant pitch within the limits gives that torque.
     """
     began = time.perf_counter()
-    best = best_constant(task)
+    best = best or best_constant(task)
     start, top = float(best.profile[0]), best.mean_torque
     if torque > top:
         raise InfeasibleError(
@@ -81,13 +89,17 @@ def constant_for_torque(task: DesignTask, torque: float) -> Design:
     def gap(pitch: float) -> float:
         return float(task.constant_loads(pitch).mean[0]) - torque
 
-    end = task.mean_range[1]
-    if gap(end) > 0:
+    # torque falls from the best pitch towards feather; the first crossing is the one wanted
+    grid = np.linspace(start, task.mean_range[1], 91)
+    gaps = np.array([gap(float(p)) for p in grid])
+    below = np.flatnonzero(gaps <= 0)
+    if below.size == 0:
         raise InfeasibleError(
-            f"mean torque: got {torque:.6g} N m, constant pitch up to {np.degrees(end):.2f} deg "
-            f"goes down to {gap(end) + torque:.6g} N m"
+            f"mean torque: got {torque:.6g} N m, constant pitch up to "
+            f"{np.degrees(grid[-1]):.2f} deg goes down to {gaps.min() + torque:.6g} N m"
         )
-    pitch = start if gap(start) <= 0 else float(brentq(gap, start, end, xtol=1e-12))
+    k = int(below[0])
+    pitch = start if k == 0 else float(brentq(gap, grid[k - 1], grid[k], xtol=1e-12))
     return _constant_design(task, pitch, torque, time.perf_counter() - began)
 
 
@@ -95,6 +107,7 @@ def _constant_design(
     task: DesignTask, pitch: float, target: float | None, seconds: float
 ) -> Design:
     mean = pitch if task.frozen else None
+    task = task.operating_at(pitch)
     curves = task.problem(mean).curves
     profile = np.full(curves.stations, pitch)
     loads: RotorLoads = curves.evaluate(profile)

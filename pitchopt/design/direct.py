@@ -59,6 +59,7 @@ class _Blocks:
     units: dict[int, float]
     torque_unit: float
     mean: slice | None = None
+    basis: slice | None = None
     rate: list[tuple[slice, IntArray, float]] = field(default_factory=list)
     single: dict[str, slice] = field(default_factory=dict)
     load: dict[int, slice] = field(default_factory=dict)
@@ -94,10 +95,14 @@ class LinearModel:
         self.torque_gradient = self.slopes[0] / curves.positions + self.torque_rate
 
     def unit(self, load: int, tight: bool) -> float:
-        """Size of a load's change in the box, which scales its cone."""
+        """Size of a load in the box, which scales its cone.
+
+        What the box can change, but not far below what is there: a cone of numbers around 1e6
+        that vary by 1 is beyond the solver.
+        """
         change = float(np.sqrt(np.mean(self.slopes[load] ** 2))) * self.radius
         spread = float(self.blade[4].std() if load == 4 else self.rotor[load].std())
-        return max(spread if tight else change, 1e-3 * change, 1e-6 * spread, 1e-300)
+        return max(change, (1.0 if tight else 0.02) * spread) or 1.0
 
     def residual(self, load: int) -> FloatArray:
         """Deviation of a load from its mean at the point."""
@@ -191,7 +196,7 @@ class Subproblem:
             basis = problem.basis
             f = program.variables("fourier", basis.shape[1]).start
             column = np.tile(f + np.arange(basis.shape[1]), n)
-            program.zero(
+            blocks.basis = program.zero(
                 -model.point / model.radius,
                 (idx, idx, 1.0),
                 (np.repeat(idx, basis.shape[1]), column, -basis.ravel()),
@@ -331,6 +336,7 @@ class Subproblem:
                 torque_max=single.get("max", 0.0),
                 cap=single.get("cap", 0.0),
                 mean=0.0 if blocks.mean is None else float(z[blocks.mean][0]) * n / model.radius,
+                basis=0.0 if blocks.basis is None else z[blocks.basis] / model.radius,
             ),
             status=solution.status,
             solved=solution.solved,

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitchopt.aero.curves import BladeCurves
+from pitchopt.checks import finite_number
 from pitchopt.errors import InputError
 
 __all__ = ["PitchLimits", "lipschitz_lower", "lipschitz_upper"]
@@ -51,18 +52,11 @@ class PitchLimits:
     upper: float = np.pi
 
     def __post_init__(self) -> None:
-        for name in ("rotor_speed", "pitch_rate", "lower", "upper"):
-            value = getattr(self, name)
-            if not isinstance(value, (int, float, np.floating, np.integer)) or isinstance(
-                value, bool
-            ):
-                raise InputError(f"{name}: got {value!r}, expected a number")
-            if not np.isfinite(value):
-                raise InputError(f"{name}: got {value}, expected a finite number")
-        if self.rotor_speed <= 0:
-            raise InputError(f"rotor_speed: got {self.rotor_speed} rad/s, expected more than 0")
-        if self.pitch_rate < 0:
-            raise InputError(f"pitch_rate: got {self.pitch_rate} rad/s, expected 0 or more")
+        set_ = object.__setattr__
+        set_(self, "rotor_speed", finite_number("rotor_speed", self.rotor_speed, above=0))
+        set_(self, "pitch_rate", finite_number("pitch_rate", self.pitch_rate, at_least=0))
+        set_(self, "lower", finite_number("lower", self.lower))
+        set_(self, "upper", finite_number("upper", self.upper))
         if self.lower >= self.upper:
             raise InputError(
                 f"pitch range: lower limit {np.degrees(self.lower):g} deg is not below the "
@@ -118,6 +112,7 @@ def lipschitz_lower(bound: FloatArray, step: float) -> FloatArray:
     out = np.array(bound, dtype=np.float64)
     if step <= 0:
         return np.full_like(out, out.max())
+    step = min(step, float(np.ptp(out)))  # a larger one binds nothing and loses digits
     twice = np.concatenate([out, out])
     ramp = step * np.arange(twice.size)
     forward = np.maximum.accumulate(twice + ramp) - ramp

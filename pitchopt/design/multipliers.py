@@ -28,6 +28,8 @@ class Multipliers:
         Multipliers of the torque limits [-] and of the blade cap [-], 0 or more.
     mean : float
         Multiplier of the mean-pitch condition [N m/rad].
+    basis : ndarray (N,) or float
+        Multipliers of the restriction to harmonics [N m/rad]; bounds leave them out.
     """
 
     loads: FloatArray
@@ -37,3 +39,11 @@ class Multipliers:
     torque_max: float = 0.0
     cap: float = 0.0
     mean: float = 0.0
+    basis: FloatArray | float = 0.0
+
+    @classmethod
+    def zero(cls, stations: int, positions: int) -> Multipliers:
+        """No multipliers at all."""
+        return cls(
+            loads=np.zeros((4, positions)), blade=np.zeros(stations), rate=np.zeros(stations)
+        )

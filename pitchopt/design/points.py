@@ -31,6 +31,7 @@ __all__ = ["PointFinder", "finished"]
 FloatArray = NDArray[np.float64]
 
 _CLOSE = 2e-6  # bound met to this share of torque: no further start can gain
+_WAVE = np.radians(0.4)
 _TOP_PRICE = 100.0  # price given to a torque limit without a multiplier, in torque over RMS
 
 
@@ -40,6 +41,8 @@ class PointFinder:
     def __init__(
         self,
         task: DesignTask,
+        reference: Design,
+        power: Design,
         starts: int,
         certify: bool,
         seed: int,
@@ -47,12 +50,12 @@ class PointFinder:
         *,
         total: int,
     ) -> None:
-        self.task, self.starts, self.certify = task, starts, certify
+        self.task = task.operating_at(float(reference.profile.mean()))
+        self.reference, self.power = reference, power
+        self.starts, self.certify = starts, certify
         self.random = np.random.default_rng(seed)
-        self.progress, self.total, self.done = progress, total, 0
+        self.progress, self.total, self.done = progress, total, 1
         self.pool: list[tuple[Start, float]] = []  # with mean torque
-        self.reference: Design
-        self.power: Design
 
     def tick(self, label: str) -> None:
         """One step further."""
@@ -279,15 +282,15 @@ class PointFinder:
         stations = self.reference.profile.size
         psi = 2 * np.pi * np.arange(stations) / stations
         starts = [Start(label="constant pitch", profile=self.reference.profile)]
-        for k in range(1, self.starts):
-            angle = 2 * np.pi * (k - 1) / max(self.starts - 1, 1)
-            wave = np.radians(1.0) * np.cos(psi - angle)
-            starts.append(
-                Start(
-                    label=f"constant + 1P at {np.degrees(angle):.0f} deg",
-                    profile=self.reference.profile + wave,
-                )
-            )
+        if torque > self.reference.mean_torque:
+            starts.append(Start(label="power maximum", profile=self.power.profile))
+        # small once-per-revolution waves: their phase is nearly free, and optima differ in it
+        waves = max(self.starts - len(starts), 0)
+        for k in range(waves):
+            angle = 2 * np.pi * k / waves - np.pi / 2
+            wave = _WAVE * np.cos(psi + angle)
+            label = f"constant + 1P at {-np.degrees(angle):.0f} deg"
+            starts.append(Start(label=label, profile=self.reference.profile + wave))
         found = self.solve(objective, starts)
         self.tick("mean torque")
         return self._priced(objective, found, "mean_torque", torque, began)
@@ -303,7 +306,9 @@ class PointFinder:
         mu = min(1.0 / max(price, 1e-300), top)
         lower = None
         if self.certify:
-            relaxed = self.bound(objective, found.mean_pitch, found.solution.profile)
+            # of the RMS alone: travel has its price in the design, not in what is bounded
+            bare = replace(objective, travel=0.0)
+            relaxed = self.bound(bare, found.mean_pitch, found.solution.profile)
             if relaxed is not None:
                 lower = max(0.0, -relaxed.upper_bound)
         result = self.finish(self.tradeoff_objective(mu), found, kind, mu, target, began)

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitchopt.design.direct import Subproblem
-from pitchopt.design.multipliers import Multipliers
 from pitchopt.design.problem import DesignProblem, Objective
-from pitchopt.design.results import Status
-from pitchopt.design.scp import LocalSolution, solve_local
+from pitchopt.design.results import LocalSolution, Status
+from pitchopt.design.scp import solve_local
+from pitchopt.design.uniform import solve_uniform
 
 __all__ = ["maximise_torque"]
 
@@ -57,7 +57,7 @@ def maximise_torque(
     objective = Objective(torque=1.0, rms=_NOTHING, blade_cap=blade_cap)
     curves = problem.curves
     if problem.constant_only:
-        return _constant_only(problem, objective, began)
+        return solve_uniform(problem, objective)
     if not curves.concave or np.isfinite(blade_cap):
         return solve_local(problem, objective, start)
     subproblem = Subproblem(problem)
@@ -93,27 +93,4 @@ def maximise_torque(
         seconds=time.perf_counter() - began,
         solver_seconds=solver_seconds,
         history=tuple(history),
-    )
-
-
-def _constant_only(problem: DesignProblem, objective: Objective, began: float) -> LocalSolution:
-    """The best constant pitch, when nothing else is left: all breakpoints are tried."""
-    curves = problem.curves
-    low, high = problem.constant_range
-    inside = curves.beta[(curves.beta > low) & (curves.beta < high)]
-    pitches = np.unique(np.concatenate([[low, high], inside]))
-    values = [problem.value(np.full(curves.stations, p), objective) for p in pitches]
-    profile = np.full(curves.stations, pitches[int(np.argmax(values))])
-    n, m = curves.stations, curves.positions
-    return LocalSolution(
-        profile=profile,
-        loads=curves.evaluate(profile),
-        value=float(max(values)),
-        multipliers=Multipliers(loads=np.zeros((4, m)), blade=np.zeros(n), rate=np.zeros(n)),
-        status=Status.EXACT,
-        message="limits leave constant pitch only; every breakpoint tried",
-        iterations=len(pitches),
-        seconds=time.perf_counter() - began,
-        solver_seconds=0.0,
-        history=(float(max(values)),),
     )

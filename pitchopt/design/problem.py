@@ -20,12 +20,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitchopt.aero.curves import BladeCurves, RotorLoads
+from pitchopt.checks import finite_number, whole_number
 from pitchopt.design.limits import PitchLimits
 from pitchopt.errors import InputError
 
 __all__ = ["DesignProblem", "LoadWeights", "Objective"]
 
 FloatArray = NDArray[np.float64]
+
+_LARGEST_PRICE = 1e12  # beyond this torque is lost in rounding
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,9 +56,8 @@ class LoadWeights:
 
     def __post_init__(self) -> None:
         for field_name in ("torque", "tilt", "yaw", "thrust", "blade"):
-            value = getattr(self, field_name)
-            if not np.isfinite(value) or value < 0:
-                raise InputError(f"weights.{field_name}: got {value}, expected 0 or more")
+            value = finite_number(f"weights.{field_name}", getattr(self, field_name), at_least=0)
+            object.__setattr__(self, field_name, value)
 
     @classmethod
     def unit(cls) -> LoadWeights:
@@ -65,9 +67,7 @@ class LoadWeights:
     @classmethod
     def tower_base(cls, hub_height: float) -> LoadWeights:
         """Thrust counted as the moment that it exerts at the tower base."""
-        if not np.isfinite(hub_height) or hub_height <= 0:
-            raise InputError(f"hub_height: got {hub_height} m, expected more than 0")
-        return cls(thrust=float(hub_height), name="tower-base")
+        return cls(thrust=finite_number("hub_height", hub_height, above=0), name="tower-base")
 
     @property
     def array(self) -> FloatArray:
@@ -91,12 +91,10 @@ class Objective:
     blade_cap: float = np.inf
 
     def __post_init__(self) -> None:
-        if any(not np.isfinite(v) or v < 0 for v in self.rms):
+        if np.shape(self.rms) != (5,) or any(not np.isfinite(v) or v < 0 for v in self.rms):
             raise InputError(f"rms weights: got {self.rms}, expected five numbers of 0 or more")
-        if not np.isfinite(self.torque) or self.torque < 0:
-            raise InputError(f"torque gain: got {self.torque}, expected 0 or more")
-        if not np.isfinite(self.travel) or self.travel < 0:
-            raise InputError(f"travel penalty: got {self.travel}, expected 0 or more")
+        finite_number("torque gain", self.torque, at_least=0)
+        finite_number("travel penalty", self.travel, at_least=0)
         if np.isnan(self.torque_min) or np.isnan(self.torque_max):
             raise InputError("mean torque: got NaN, expected a number")
         if self.torque_min > self.torque_max:
@@ -110,8 +108,7 @@ class Objective:
     @classmethod
     def tradeoff(cls, mu: float, weights: LoadWeights, **limits: float) -> Objective:
         """Mean torque minus ``mu`` times the weighted RMS."""
-        if not np.isfinite(mu) or mu < 0:
-            raise InputError(f"mu: got {mu}, expected 0 or more")
+        mu = finite_number("mu", mu, at_least=0, at_most=_LARGEST_PRICE)
         return cls(torque=1.0, rms=_five(mu * weights.array), **limits)
 
     @classmethod
@@ -155,14 +152,8 @@ class DesignProblem:
     harmonics: int | None = None
 
     def __post_init__(self) -> None:
-        if self.harmonics is not None and (
-            isinstance(self.harmonics, bool)
-            or int(self.harmonics) != self.harmonics
-            or self.harmonics < 0
-        ):
-            raise InputError(
-                f"harmonics: got {self.harmonics!r}, expected a whole number of 0 or more"
-            )
+        if self.harmonics is not None:
+            whole_number("harmonics", self.harmonics, at_least=0)
         curves = self.limits.applied(self.curves)
         object.__setattr__(self, "curves", curves)
         mean = curves.mean_pitch

@@ -7,6 +7,7 @@ for constraints of a user's own: anything convex in the profile, or in what is a
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -129,12 +130,22 @@ class ConvexSubproblem:
             self.change0 = cp.Parameter(n)
             self.travel_cost = cp.Parameter(nonneg=True)
             travel = cp.Variable()
-            rules.append(cp.norm1(following - x + self.change0) <= travel)
+            steps = cp.Variable(n)
+            self._travel = (
+                following - x - steps <= -self.change0,
+                x - following - steps <= self.change0,
+            )
+            rules += [*self._travel, cp.sum(steps) <= travel]
             cost = cost + self.travel_cost * travel
         if curves.mean_pitch is not None:
-            rules.append(cp.sum(self.beta) / n == curves.mean_pitch)
+            self.mean_gap = cp.Parameter()
+            self._mean = cp.sum(x) == self.mean_gap
+            rules.append(self._mean)
         if problem.basis is not None:
-            rules.append(self.beta == problem.basis @ cp.Variable(problem.basis.shape[1]))
+            self.start = cp.Parameter(n)  # the point in units of the box
+            coefficients = cp.Variable(problem.basis.shape[1])
+            self._basis = x + self.start == problem.basis @ coefficients
+            rules.append(self._basis)
         if constraints is not None:
             rules += list(constraints(self.beta))
         self._rules = rules
@@ -208,7 +219,9 @@ class ConvexSubproblem:
         scale = self._fill(model, penalty)
         status = "failed"
         try:
-            self.program.solve(solver=cp.CLARABEL, warm_start=False)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", UserWarning)  # inaccuracy is in the status
+                self.program.solve(solver=cp.CLARABEL, warm_start=False)
             status = str(self.program.status)
         except cp.SolverError as error:
             status = f"failed ({error})"
@@ -221,7 +234,11 @@ class ConvexSubproblem:
         return SubproblemSolution(
             profile=point + model.radius * x,
             value=value,
-            multipliers=self._multipliers(model) if solved else _none(self.problem),
+            multipliers=(
+                self._multipliers(model)
+                if solved
+                else Multipliers.zero(curves.stations, curves.positions)
+            ),
             status=status,
             solved=solved,
             iterations=int(stats.num_iters or 0) if stats is not None and solved else 0,
@@ -259,6 +276,11 @@ class ConvexSubproblem:
             self.rate_share[q].value = curves.rates[q] * share
             self.offset[q].value = model.residual(q) / units[q]
         self.units.value = units / unit
+        if curves.mean_pitch is not None:
+            gap = curves.mean_pitch - float(model.point.mean())
+            self.mean_gap.value = gap * curves.stations / r
+        if problem.basis is not None:
+            self.start.value = model.point / r
         cap = objective.blade_cap / units[4] if np.isfinite(objective.blade_cap) else 0.0
         limits = [
             (limit - model.torque) / unit if np.isfinite(limit) else 0.0
@@ -304,16 +326,22 @@ class ConvexSubproblem:
             else:
                 y_loads[q] = y - y.mean()
         w = np.asarray(self._rate_up.dual_value) - np.asarray(self._rate_down.dual_value)
+        if self.objective.travel > 0:
+            w = w + np.asarray(self._travel[0].dual_value) - np.asarray(self._travel[1].dual_value)
+        per_radian = unit / model.radius
+        mean: Any = 0.0
+        if curves.mean_pitch is not None:
+            mean = float(np.sum(self._mean.dual_value)) * n * per_radian
+        basis: Any = 0.0
+        if self.problem.basis is not None:
+            basis = np.asarray(self._basis.dual_value) * per_radian
         return Multipliers(
             loads=y_loads,
             blade=y_blade,
-            rate=w * (unit / model.radius),
+            rate=w * per_radian,
             torque_min=dual.get("min", 0.0),
             torque_max=dual.get("max", 0.0),
             cap=cap,
+            mean=mean,
+            basis=basis,
         )
-
-
-def _none(problem: DesignProblem) -> Multipliers:
-    n, m = problem.curves.stations, problem.curves.positions
-    return Multipliers(loads=np.zeros((4, m)), blade=np.zeros(n), rate=np.zeros(n))

@@ -118,6 +118,7 @@ def _solve_hull(
     station, column = np.nonzero(active)
     pitch = curves.beta[station, column]
     loads = curves.loads[:, station, column]
+    deviations = loads - loads.mean(axis=1, keepdims=True)  # RMS values see no constant
     theta = np.arange(station.size)
     position = station % m
     lam, rates = objective.lambdas, curves.rates
@@ -131,7 +132,11 @@ def _solve_hull(
         torque = torque + folded[station] * pitch
     program.variables("theta", station.size, cost=-objective.torque * torque / scale)
     cones = [q for q in range(5) if lam[q] > 0 or (q == 4 and np.isfinite(objective.blade_cap))]
-    spread = {q: max(float(loads[q].std()) * np.sqrt(curves.blades), 1e-300) for q in cones}
+    spread = {}
+    for q in cones:
+        size = float(np.abs(loads[q]).max())
+        std = float(deviations[q].std()) * np.sqrt(curves.blades)
+        spread[q] = std if std > 1e-9 * size else size or 1.0
     for q in cones:
         program.variables(f"s{q}", 1, cost=lam[q] * spread[q] / scale)
         program.variables(f"mean{q}", 1)
@@ -182,7 +187,7 @@ def _solve_hull(
         weight = 1.0 / (np.sqrt(size) * spread[q])
         entries: list[tuple[Any, Any, Any]] = [
             (0, program.at[f"s{q}"].start, -1.0),
-            (1 + at, theta, -loads[q] * weight),
+            (1 + at, theta, -deviations[q] * weight),
             (1 + np.arange(size), program.at[f"mean{q}"].start, 1.0 / np.sqrt(size)),
         ]
         if has_rates:
@@ -193,6 +198,8 @@ def _solve_hull(
         blocks[q] = program.second_order(np.zeros(1 + size), *entries)
 
     solution = program.solve()
+    if not solution.solved:
+        solution = program.solve(reduced=True)
     if not solution.solved:
         return None
     x, z = solution.x, solution.z * scale

@@ -1,4 +1,4 @@
-"""What pitch design returns: one :class:`Design` per profile, one :class:`Tradeoff` per curve."""
+"""What pitch design returns: local solutions, one Design per profile, one Tradeoff per curve."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pitchopt.aero.curves import LOADS, RotorLoads
 from pitchopt.design.multipliers import Multipliers
 
-__all__ = ["Design", "Status", "Tradeoff"]
+__all__ = ["Compared", "Design", "LocalSolution", "Status", "Tradeoff"]
 
 FloatArray = NDArray[np.float64]
 
@@ -35,6 +35,22 @@ class Status(StrEnum):
     def ok(self) -> bool:
         """True when the profile may be used as the answer."""
         return self in (Status.EXACT, Status.CONVERGED)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LocalSolution:
+    """A local optimum: profile, loads, value, multipliers of the last convex subproblem."""
+
+    profile: FloatArray
+    loads: RotorLoads
+    value: float
+    multipliers: Multipliers
+    status: Status
+    message: str
+    iterations: int
+    seconds: float
+    solver_seconds: float
+    history: tuple[float, ...]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -114,6 +130,25 @@ class Design:
     def pitch_travel(self) -> float:
         """Pitch travel of one revolution [rad]."""
         return float(np.abs(np.roll(self.profile, -1) - self.profile).sum())
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Compared:
+    """One design beside what it is judged by.
+
+    Attributes
+    ----------
+    design : Design
+    constant : Design
+        Constant pitch that cuts and the blade cap count from: of the same mean torque where one
+        is held, else of largest mean torque.
+    power_max : Design
+        Profile that losses count from.
+    """
+
+    design: Design
+    constant: Design
+    power_max: Design
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

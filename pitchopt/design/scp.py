@@ -26,11 +26,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pitchopt.aero.curves import RotorLoads
 from pitchopt.design.direct import Subproblem, SubproblemSolution
 from pitchopt.design.multipliers import Multipliers
 from pitchopt.design.problem import DesignProblem, Objective
-from pitchopt.design.results import Status
+from pitchopt.design.results import LocalSolution, Status
+from pitchopt.design.uniform import solve_uniform
 from pitchopt.errors import InputError
 
 if TYPE_CHECKING:
@@ -68,22 +68,6 @@ class ScpSettings:
     finish: float = 1e-8
     max_steps: int = 40
     max_cells: int = 160
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class LocalSolution:
-    """A local optimum: profile, loads, value, multipliers of the last convex subproblem."""
-
-    profile: FloatArray
-    loads: RotorLoads
-    value: float
-    multipliers: Multipliers
-    status: Status
-    message: str
-    iterations: int
-    seconds: float
-    solver_seconds: float
-    history: tuple[float, ...]
 
 
 class _Merit:
@@ -128,37 +112,34 @@ class _Run:
         self.last: SubproblemSolution | None = None
         self.solves, self.solver_seconds, self.failures = 0, 0.0, 0
         self.fallback: ConvexSubproblem | None = None
+        self.kept = self.profile if self.feasible() else None  # the last feasible profile
 
     def solve(
         self, low: FloatArray, high: FloatArray, segments: IntArray | None = None
     ) -> SubproblemSolution:
-        """One subproblem; a failure is tried again with the other scaling, then by cvxpy."""
-        point = np.clip(self.profile, low, high)
-        for attempt in range(3):
-            self.solves += 1
-            if attempt < 2:
-                out = self.subproblem.solve(
-                    point,
-                    self.objective,
-                    low=low,
-                    high=high,
-                    penalty=self.merit.penalty,
-                    segments=segments,
-                    tight=attempt == 1,
-                )
-            else:
-                if self.fallback is None:
-                    from pitchopt.design.program import ConvexSubproblem
+        """One subproblem; a failure is tried again with the other scaling, then by cvxpy.
 
-                    self.fallback = ConvexSubproblem(self.problem, self.objective)
-                out = self.fallback.solve(
-                    point,
-                    self.objective,
-                    low=low,
-                    high=high,
-                    penalty=self.merit.penalty,
-                    segments=segments,
-                )
+        A cvxpy subproblem handed in by the caller may hold constraints that no other path
+        knows, and stands alone.
+        """
+        point = np.clip(self.profile, low, high)
+        direct = isinstance(self.subproblem, Subproblem)
+        for attempt in range(3 if direct else 1):
+            self.solves += 1
+            if attempt == 2 and self.fallback is None:
+                from pitchopt.design.program import ConvexSubproblem
+
+                self.fallback = ConvexSubproblem(self.problem, self.objective)
+            solver = self.subproblem if attempt < 2 or self.fallback is None else self.fallback
+            out = solver.solve(
+                point,
+                self.objective,
+                low=low,
+                high=high,
+                penalty=self.merit.penalty,
+                segments=segments,
+                tight=attempt == 1,
+            )
             self.solver_seconds += out.solve_seconds
             if out.solved:
                 self.last = out
@@ -172,6 +153,8 @@ class _Run:
     def accept(self, profile: FloatArray, merit: float) -> None:
         self.profile, self.best = profile, merit
         self.history.append(merit)
+        if self.feasible():
+            self.kept = profile
 
     # ---- phase 1 ---------------------------------------------------------------------------
 
@@ -257,7 +240,7 @@ class _Run:
         last: int,
     ) -> tuple[IntArray, FloatArray]:
         """Stations on the edge of their segment whose neighbour's slopes gain."""
-        edge = 1e-6 * (high - low) + 1e-10
+        edge = 1e-3 * (high - low) + 1e-10  # wider than the solver's accuracy
         up = (out.profile > high - edge) & (segment < last)
         down = (out.profile < low + edge) & (segment > 0)
         slope_up = self._reduced_slope(out.multipliers, np.minimum(segment + 1, last))
@@ -284,6 +267,7 @@ class _Run:
             + mult.rate
             - np.roll(mult.rate, 1)
             - mult.mean / curves.stations
+            - mult.basis
         )
 
     def _rate_terms(self, y: FloatArray, gain: float) -> tuple[FloatArray, FloatArray]:
@@ -314,6 +298,8 @@ class _Run:
             second * 10 if bad_blade else second,
         )
         self.best = self.merit(self.profile)
+        if self.kept is not None and self.merit(self.kept) > self.best:
+            self.accept(self.kept, self.merit(self.kept))
         return True
 
     def feasible(self) -> bool:
@@ -356,6 +342,8 @@ def solve_local(
         raise InputError(
             f"start: got shape {start.shape}, expected ({problem.curves.stations},) finite angles"
         )
+    if problem.constant_only:
+        return solve_uniform(problem, objective)
     run = _Run(
         problem,
         objective,
@@ -364,33 +352,34 @@ def solve_local(
         subproblem or Subproblem(problem),
         should_stop,
     )
-    if problem.constant_only:
-        raise InputError("limits leave constant pitch only: use the constant-pitch design")
     settled = False
     for _ in range(10):
         run.trust_region()
         settled = run.cells()
         if not run.raise_penalty():
             break
+    lost = run.kept is not None and not run.feasible()
+    if lost and run.kept is not None:
+        run.profile = run.kept
     loads = problem.curves.evaluate(run.profile)
-    if run.last is None or (run.failures and not settled):
+    if run.failures and not settled:
         status, message = Status.SOLVER_FAILED, "cone solver failed in every fallback"
     elif not run.feasible():
         torque, blade = run.merit.excess(run.profile)
         status = Status.INFEASIBLE
         message = f"torque limit missed by {torque:.4g} N m, blade cap by {blade:.4g} N m"
-    elif not settled:
+    elif not settled or lost:
         status = Status.ITERATION_LIMIT
         message = f"stopped after {run.solves} subproblems"
     else:
         status, message = Status.CONVERGED, "no segment next to the profile gains"
     n, m = problem.curves.stations, problem.curves.positions
-    empty = Multipliers(loads=np.zeros((4, m)), blade=np.zeros(n), rate=np.zeros(n))
+    multipliers = Multipliers.zero(n, m) if run.last is None else run.last.multipliers
     return LocalSolution(
         profile=run.profile,
         loads=loads,
         value=problem.value(run.profile, objective),
-        multipliers=run.last.multipliers if run.last is not None else empty,
+        multipliers=multipliers,
         status=status,
         message=message,
         iterations=run.solves,

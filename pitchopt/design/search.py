@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from pitchopt.aero.curves import RotorLoads
 from pitchopt.design.direct import Subproblem
 from pitchopt.design.problem import DesignProblem, Objective
-from pitchopt.design.scp import LocalSolution, ScpSettings, solve_local
+from pitchopt.design.results import LocalSolution
+from pitchopt.design.scp import ScpSettings, solve_local
 from pitchopt.design.task import DesignTask
 from pitchopt.errors import InputError
 

@@ -10,12 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pitchopt.aero.curves import BladeCurves, RotorLoads
+from pitchopt.checks import finite_number, whole_number
 from pitchopt.design.limits import PitchLimits
 from pitchopt.design.problem import DesignProblem, LoadWeights
 from pitchopt.errors import InputError
@@ -68,7 +69,7 @@ class PitchModel(Protocol):
         self,
         azimuth: ArrayLike,
         pitch: ArrayLike,
-        pitch_rate: float = 0.0,
+        pitch_rate: ArrayLike = 0.0,
         mean_pitch: float | None = None,
     ) -> BladeLoadsLike:
         """Loads of one blade at azimuths and pitches."""
@@ -139,13 +140,14 @@ class DesignTask:
 
     def __post_init__(self) -> None:
         for name in ("positions", "between_positions"):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not float(value).is_integer() or value < 1:
-                raise InputError(f"{name}: got {value!r}, expected a whole number of at least 1")
-        if self.blade_cap is not None and not (np.isfinite(self.blade_cap) and self.blade_cap > 0):
-            raise InputError(f"blade_cap: got {self.blade_cap}, expected more than 0 or None")
-        if not np.isfinite(self.travel) or self.travel < 0:
-            raise InputError(f"travel: got {self.travel}, expected 0 or more")
+            whole_number(name, getattr(self, name), at_least=1)
+        if self.blade_cap is not None:
+            finite_number("blade_cap", self.blade_cap, above=0)
+        if self.harmonics is not None:
+            whole_number("harmonics", self.harmonics, at_least=0)
+        finite_number("travel", self.travel, at_least=0)
+        if self.operating_pitch is not None:
+            finite_number("operating_pitch", self.operating_pitch)
 
     @property
     def frozen(self) -> bool:
@@ -215,13 +217,13 @@ class DesignTask:
             return problem.curves.evaluate(np.full(problem.curves.stations, pitch))
         blades = _blade_count(self)
         psi = 2 * np.pi * np.arange(blades * self.positions) / (blades * self.positions)
-        return self._reduced(psi, np.full(psi.size, pitch), None, pitch)
+        return self._reduced(psi, np.full(psi.size, pitch), np.zeros(psi.size), pitch)
 
     def between(self, profile: FloatArray, mean_pitch: float | None) -> RotorLoads | None:
         """Loads of the linearly interpolated profile at ``between_positions`` positions.
 
-        The pitch-rate terms use the interpolated profile's own slope and coefficients
-        interpolated over azimuth.  None for a table of curves without a rotor.
+        Evaluated with the model itself, pitch rate included.  None for a table of curves
+        without a rotor.
         """
         if isinstance(self.model, CurvesModel):
             return None
@@ -229,36 +231,19 @@ class DesignTask:
         count = curves.blades * self.between_positions
         psi = curves.azimuth[0] + 2 * np.pi * np.arange(count) / count
         beta = np.interp(psi, curves.azimuth, profile, period=2 * np.pi)
-        extra = None
-        if np.any(curves.rates):
-            ahead = np.interp(psi + 1e-6, curves.azimuth, profile, period=2 * np.pi)
-            behind = np.interp(psi - 1e-6, curves.azimuth, profile, period=2 * np.pi)
-            slope = (ahead - behind) / 2e-6
-            names = ("torque_rate", "bending_rate", "radial_rate", "thrust_rate")
-            extra = slope * np.stack(
-                [
-                    np.interp(psi, curves.azimuth, getattr(curves, name), period=2 * np.pi)
-                    for name in names
-                ]
-            )
-        return self._reduced(psi, beta, extra, mean_pitch)
+        tiny = 1e-6
+        ahead = np.interp(psi + tiny, curves.azimuth, profile, period=2 * np.pi)
+        behind = np.interp(psi - tiny, curves.azimuth, profile, period=2 * np.pi)
+        rate = (ahead - behind) / (2 * tiny) * self.limits.rotor_speed
+        return self._reduced(psi, beta, rate, mean_pitch if self.frozen else self._operating)
 
     def _reduced(
-        self,
-        psi: FloatArray,
-        beta: FloatArray,
-        extra: FloatArray | None,
-        mean_pitch: float | None,
+        self, psi: FloatArray, beta: FloatArray, rate: FloatArray, mean_pitch: float | None
     ) -> RotorLoads:
         """Rotor loads from the model's blade loads at evenly spaced azimuths."""
         assert not isinstance(self.model, CurvesModel)
-        loads: Any = self.model.blade_loads(
-            psi, beta, mean_pitch=mean_pitch if self.frozen else self.operating_pitch
-        )
-        blade = np.stack([loads.torque, loads.bending, loads.radial, loads.thrust])
-        if extra is not None:
-            blade = blade + extra
-        torque, bending, radial, thrust = blade
+        loads = self.model.blade_loads(psi, beta, pitch_rate=rate, mean_pitch=mean_pitch)
+        torque, bending, radial, thrust = loads.torque, loads.bending, loads.radial, loads.thrust
         c, s = np.cos(psi), np.sin(psi)
         station = np.stack([torque, bending * c - radial * s, bending * s + radial * c, thrust])
         blades = _blade_count(self)

@@ -10,23 +10,22 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pitchopt.checks import FloatArray, finite_array, finite_number, whole_number
 from pitchopt.design.constant import best_constant, constant_for_torque, constant_set
 from pitchopt.design.points import PointFinder, finished
 from pitchopt.design.power import maximise_torque
 from pitchopt.design.problem import Objective
-from pitchopt.design.results import Design, Tradeoff
-from pitchopt.design.scp import LocalSolution
+from pitchopt.design.results import Compared, Design, LocalSolution, Tradeoff
 from pitchopt.design.search import Found, climb
 from pitchopt.design.task import DesignTask, Progress
-from pitchopt.errors import InputError
+from pitchopt.errors import InfeasibleError, InputError
 
-__all__ = ["constant", "default_mu", "design", "power_max", "tradeoff"]
-
-FloatArray = NDArray[np.float64]
+__all__ = ["compared", "constant", "default_mu", "design", "power_max", "tradeoff"]
 
 _LOSSES = (0.03, 0.07)
 
@@ -42,8 +41,9 @@ def default_mu(reference: Design, count: int = 20) -> FloatArray:
         times torque.
     count : int
     """
-    _check_count("points", count)
-    scale = reference.mean_torque / max(reference.rms_weighted, 1e-12 * reference.mean_torque)
+    count = whole_number("points", count, at_least=1)
+    torque = abs(reference.mean_torque) or 1.0
+    scale = torque / max(reference.rms_weighted, 1e-6 * torque)
     return np.geomspace(2.5e-3, 9.0, count) * scale
 
 
@@ -62,6 +62,7 @@ def power_max(task: DesignTask, *, reference: Design | None = None) -> Design:
     start = reference or best_constant(task)
     nothing = Objective(torque=1.0, rms=(0.0, 0.0, 0.0, 0.0, 0.0))
     if not task.frozen:
+        task = task.operating_at(float(start.profile.mean()))
         solution = maximise_torque(task.problem(), start.profile)
         mean = None
     else:
@@ -80,7 +81,12 @@ def power_max(task: DesignTask, *, reference: Design | None = None) -> Design:
     return finished(task, nothing, found, "power_max", 0.0, None, began, None)
 
 
-def design(
+def design(task: DesignTask, **options: Any) -> Design:
+    """One pitch profile; goals and options as in :func:`compared`."""
+    return compared(task, **options).design
+
+
+def compared(
     task: DesignTask,
     *,
     mu: float | None = None,
@@ -90,8 +96,8 @@ def design(
     certify: bool = True,
     seed: int = 0,
     progress: Progress | None = None,
-) -> Design:
-    """One pitch profile.
+) -> Compared:
+    """One pitch profile, with the constant pitch and the power maximum that it is judged by.
 
     Exactly one of the three goals is given.
 
@@ -126,27 +132,37 @@ def design(
             f"goal: got {' and '.join(given) or 'none'}, expected exactly one of "
             "mu, max_power_loss, mean_torque"
         )
-    _check_count("starts", starts)
-    if max_power_loss is not None and not 0 < max_power_loss < 1:
-        raise InputError(f"max_power_loss: got {max_power_loss}, expected a share between 0 and 1")
-    if mean_torque is not None and not np.isfinite(mean_torque):
-        raise InputError(f"mean_torque: got {mean_torque}, expected a number [N m]")
+    starts = whole_number("starts", starts, at_least=1)
+    seed = whole_number("seed", seed, at_least=0)
+    if max_power_loss is not None:
+        max_power_loss = _share("max_power_loss", max_power_loss)
+    if mean_torque is not None:
+        mean_torque = finite_number("mean_torque", mean_torque)
     if mu is not None:
         Objective.tradeoff(mu, task.weights)
-    work = PointFinder(task, starts, certify, seed, progress, total=starts + 3)
-    work.tick("constant pitch")
+    if progress is not None:
+        progress(1, 3, "constant pitch")
+    best = best_constant(task)
+    power = power_max(task, reference=best)
+    reference = best
     if mean_torque is not None:
-        work.reference = constant_for_torque(task, float(mean_torque))
-    else:
-        work.reference = best_constant(task)
-    work.tick("power maximum")
-    work.power = power_max(task, reference=best_constant(task))
+        if mean_torque > power.mean_torque * (1 + 1e-9):
+            raise InfeasibleError(
+                f"mean torque: got {mean_torque:.6g} N m, the largest of any profile is "
+                f"{power.mean_torque:.6g} N m"
+            )
+        if mean_torque <= best.mean_torque:
+            reference = constant_for_torque(task, mean_torque, best=best)
+    finder = PointFinder(task, reference, power, starts, certify, seed, progress, total=3)
+    finder.tick("power maximum")
     if mu is not None:
-        return work.point(float(mu), work.first_starts(work.tradeoff_objective(float(mu))))
-    if max_power_loss is not None:
-        return work.loss_point(float(max_power_loss), ())
-    assert mean_torque is not None
-    return work.torque_point(float(mean_torque))
+        found = finder.point(mu, finder.first_starts(finder.tradeoff_objective(mu)))
+    elif max_power_loss is not None:
+        found = finder.loss_point(max_power_loss, ())
+    else:
+        assert mean_torque is not None
+        found = finder.torque_point(mean_torque)
+    return Compared(design=found, constant=reference, power_max=power)
 
 
 def tradeoff(
@@ -182,38 +198,35 @@ def tradeoff(
         Called with steps done, steps in all and a label.
     """
     began = time.perf_counter()
-    prices = None if mu is None else np.sort(np.atleast_1d(np.asarray(mu, dtype=float)))
-    if prices is not None and (
-        prices.size == 0 or not np.all(np.isfinite(prices)) or np.any(prices < 0)
-    ):
-        raise InputError(f"mu: got {mu!r}, expected finite prices of 0 or more")
-    _check_count("points", points)
+    prices = None if mu is None else np.sort(finite_array("mu", np.atleast_1d(mu)))
+    if prices is not None and prices[0] < 0:
+        raise InputError(f"mu: got {prices[0]:g}, expected prices of 0 or more")
+    targets = [_share("losses", loss) for loss in np.atleast_1d(np.asarray(losses, dtype=object))]
+    starts = whole_number("starts", starts, at_least=1)
+    anchors = whole_number("anchors", anchors, at_least=1)
+    points = whole_number("points", points, at_least=1)
+    seed = whole_number("seed", seed, at_least=0)
     count = points if prices is None else int(prices.size)
-    for loss in losses:
-        if not 0 < loss < 1:
-            raise InputError(f"losses: got {loss}, expected shares between 0 and 1")
-    _check_count("starts", starts)
-    _check_count("anchors", anchors)
-    work = PointFinder(
-        task, starts, certify, seed, progress, total=2 * count + len(losses) + 2
-    )
-    work.tick("constant pitch")
-    work.reference = best_constant(task)
-    if prices is None:
-        prices = default_mu(work.reference, count)
+    total = 2 * count + len(targets) + 2
+    if progress is not None:
+        progress(1, total, "constant pitch")
+    reference = best_constant(task)
     pitch, torque, rms, pareto = constant_set(task)
-    work.tick("power maximum")
-    work.power = power_max(task, reference=work.reference)
+    power = power_max(task, reference=reference)
+    if prices is None:
+        prices = default_mu(reference, count)
+    finder = PointFinder(task, reference, power, starts, certify, seed, progress, total=total)
+    finder.tick("power maximum")
     found = [
-        *work.curve([float(p) for p in prices], anchors),
-        *(work.loss_point(float(loss), work.pool) for loss in losses),
+        *finder.curve([float(p) for p in prices], anchors),
+        *(finder.loss_point(loss, finder.pool) for loss in targets),
     ]
     found.sort(key=lambda point: (point.mu, -point.mean_torque))
     return Tradeoff(
-        constant=work.reference,
-        power_max=work.power,
+        constant=reference,
+        power_max=power,
         points=tuple(found),
-        knee=_knee(work.power, found),
+        knee=_knee(power, found),
         constant_pitch=pitch,
         constant_torque=torque,
         constant_rms=rms,
@@ -234,9 +247,11 @@ def tradeoff(
     )
 
 
-def _check_count(name: str, value: int) -> None:
-    if isinstance(value, bool) or int(value) != value or value < 1:
-        raise InputError(f"{name}: got {value!r}, expected a whole number of at least 1")
+def _share(name: str, value: object) -> float:
+    share = finite_number(name, value, above=0)
+    if share >= 1:
+        raise InputError(f"{name}: got {value!r}, expected a share between 0 and 1")
+    return share
 
 
 def _knee(power: Design, points: Sequence[Design]) -> int:

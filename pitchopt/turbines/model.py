@@ -14,8 +14,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from pitchopt.aero._checks import finite_number
 from pitchopt.aero.rotor import Rotor
+from pitchopt.checks import finite_number
 from pitchopt.errors import InputError
 from pitchopt.turbines.structure import (
     BladeSections,

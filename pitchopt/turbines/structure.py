@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pitchopt.aero._checks import FloatArray, finite_array, finite_number
+from pitchopt.checks import FloatArray, finite_array, finite_number
 from pitchopt.errors import InputError
 
 __all__ = ["BladeSections", "BladeStructure", "Drivetrain", "Hub", "Nacelle", "Tower"]

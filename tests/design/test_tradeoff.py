@@ -323,9 +323,9 @@ class TestRefusals:
     @pytest.mark.parametrize(
         ("arguments", "message"),
         [
-            ({"mu": []}, "mu: got .*, expected finite"),
-            ({"mu": [np.nan]}, "mu: got .*, expected finite"),
-            ({"mu": [1.0, -1.0]}, "mu: got .*, expected finite"),
+            ({"mu": []}, "mu: got "),
+            ({"mu": [np.nan]}, "mu: got "),
+            ({"mu": [1.0, -1.0]}, "mu: got "),
             ({"losses": [0.0]}, "losses: got 0"),
             ({"losses": [0.03, 1.0]}, "losses: got 1"),
             ({"losses": [np.nan]}, "losses: got nan"),
@@ -359,7 +359,7 @@ class TestRefusals:
 
     @pytest.mark.parametrize(
         "arguments",
-        [{"mu": "abc"}, {"mu": [[1.0, 2.0]]}, {"losses": 0.03}, {"losses": ["a"]}, {"starts": "a"}],
+        [{"mu": "abc"}, {"mu": [[1.0, 2.0]]}, {"losses": ["a"]}, {"losses": "3%"}, {"starts": "a"}],
         ids=str,
     )
     def test_regression_other_types_raise_the_own_error(self, arguments: dict[str, Any]) -> None:

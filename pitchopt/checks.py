@@ -1,4 +1,4 @@
-"""Checks of input shared by the aerodynamic classes: one clear error per field."""
+"""Checks of input shared by all parts: one clear error per field."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pitchopt.errors import InputError
 
-__all__ = ["FloatArray", "finite_array", "finite_number"]
+__all__ = ["FloatArray", "finite_array", "finite_number", "whole_number"]
 
 FloatArray = NDArray[np.float64]
 
@@ -43,9 +43,26 @@ def finite_array(
     elif array.shape != shape:
         raise InputError(f"{name}: got shape {array.shape}, expected {shape}")
     if not np.all(np.isfinite(array)):
-        raise InputError(f"{name}: holds {np.sum(~np.isfinite(array))} NaN or infinite values")
+        raise InputError(f"{name}: got {np.sum(~np.isfinite(array))} NaN or infinite values")
     array.setflags(write=False)
     return array
+
+
+def _plain(name: str, value: object) -> float:
+    if isinstance(value, (str, bytes, bool)):
+        raise InputError(f"{name}: got {value!r}, expected a number")
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name}: got {value!r}, expected a number") from error
+
+
+def whole_number(name: str, value: object, *, at_least: int) -> int:
+    """`value` as an int of at least `at_least`, or an `InputError` that names the field."""
+    number = _plain(name, value)
+    if not number.is_integer() or number < at_least:
+        raise InputError(f"{name}: got {value!r}, expected a whole number of at least {at_least}")
+    return int(number)
 
 
 def finite_number(
@@ -57,10 +74,7 @@ def finite_number(
     at_most: float | None = None,
 ) -> float:
     """`value` as a float within the stated bounds, or an `InputError` that names the field."""
-    try:
-        number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name}: expected a number, got {value!r}") from error
+    number = _plain(name, value)
     allowed = [
         text
         for text, bound in (
