@@ -226,7 +226,9 @@ class StaticRotor:
         if mean_pitch is None:
             raise InputError("mean_pitch: induction 'frozen' needs the pitch to freeze the wake at")
         low, high = self.pitch_range
-        return finite_number("mean_pitch", mean_pitch, at_least=low, at_most=high)
+        slack = 1e-9  # a limit converted twice may differ in its last digit
+        mean = finite_number("mean_pitch", mean_pitch, at_least=low - slack, at_most=high + slack)
+        return float(np.clip(mean, low, high))
 
     def _fixed(
         self, psi: FloatArray, mean_pitch: float | None, rate: FloatArray | None = None

@@ -187,7 +187,7 @@ class OperationSettings:
 class AeroSettings:
     """Aerodynamic model; angles of attack in radians, None: the turbine's."""
 
-    induction: str = "frozen"
+    induction: str = "equilibrium"
     segments: int = 40
     elements: int | None = None
     alpha_min: float | None = None
@@ -205,7 +205,7 @@ class AeroSettings:
 class LimitSettings:
     """Rotor positions and actuator: range [rad], rate [rad/s]; None: the turbine's."""
 
-    positions: int = 24
+    positions: int = 36
     pitch_min: float | None = None
     pitch_max: float | None = None
     pitch_rate: float | None = None

@@ -67,7 +67,7 @@ class ScpSettings:
     tolerance: float = 3e-6
     finish: float = 1e-8
     max_steps: int = 40
-    max_cells: int = 160
+    max_cells: int = 400
 
 
 class _Merit:

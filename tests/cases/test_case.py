@@ -65,7 +65,7 @@ def test_the_papers_case():
 def test_real_turbines_have_the_physical_defaults():
     case = load_case("nrel-5mw")
     model, task = case.model(), case.task()
-    assert model.induction == "frozen"
+    assert model.induction == "equilibrium"
     assert model.pitch_rate_terms
     assert model.radial_moment
     assert isinstance(model.wind.vertical, windfield.PowerLaw)

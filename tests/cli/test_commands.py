@@ -398,14 +398,14 @@ def test_a_design_without_answer_is_written_and_told(run, small, tmp_path, monke
     import pitchopt.design
     from pitchopt.design import Status
 
-    real = pitchopt.design.design
+    real = pitchopt.design.compared
 
     def unfinished(*args, **kwargs):
         found = real(*args, **kwargs)
-        object.__setattr__(found, "status", Status.SOLVER_FAILED)
+        object.__setattr__(found.design, "status", Status.SOLVER_FAILED)
         return found
 
-    monkeypatch.setattr(pitchopt.design, "design", unfinished)
+    monkeypatch.setattr(pitchopt.design, "compared", unfinished)
     done = run("design", *small, "--mu", "1", "--no-plots", "--out", "d")
     assert done.status == 1
     assert "design: solver failed" in done.err
