@@ -14,7 +14,7 @@ import numpy as np
 
 from pitchopt.cases import load_case
 from pitchopt.design import design
-from pitchopt.design.constant import constant_for_torque
+from pitchopt.design.constant_pitch import constant_for_torque
 from pitchopt.exports import blade_motion, motion_files, write_files
 from pitchopt.exports.aerodyn import driver_block
 

@@ -22,20 +22,41 @@ if TYPE_CHECKING:
     from pitchopt.aero.polars import Polar
     from pitchopt.aero.rotor import Rotor
     from pitchopt.aero.static_rotor import StaticRotor
+    from pitchopt.cases import Case, load_case
+    from pitchopt.design import (
+        CurvesModel,
+        DesignTask,
+        LoadWeights,
+        PitchLimits,
+        compared,
+        tradeoff,
+    )
+    from pitchopt.turbines import Turbine, load_turbine, read_windio
 
 __all__ = [
     "Blade",
     "BladeCurves",
+    "Case",
     "ComputationError",
+    "CurvesModel",
+    "DesignTask",
     "InfeasibleError",
     "InputError",
+    "LoadWeights",
+    "PitchLimits",
     "PitchoptError",
     "Polar",
     "PolarFit",
     "Rotor",
     "StaticRotor",
+    "Turbine",
     "__version__",
+    "compared",
     "fit_polar",
+    "load_case",
+    "load_turbine",
+    "read_windio",
+    "tradeoff",
 ]
 
 __version__ = "0.1.0"
@@ -43,11 +64,22 @@ __version__ = "0.1.0"
 _HOME = {
     "Blade": "pitchopt.aero.blade",
     "BladeCurves": "pitchopt.aero.curves",
+    "Case": "pitchopt.cases",
+    "CurvesModel": "pitchopt.design",
+    "DesignTask": "pitchopt.design",
+    "LoadWeights": "pitchopt.design",
+    "PitchLimits": "pitchopt.design",
     "Polar": "pitchopt.aero.polars",
     "PolarFit": "pitchopt.aero.fits",
     "Rotor": "pitchopt.aero.rotor",
     "StaticRotor": "pitchopt.aero.static_rotor",
+    "Turbine": "pitchopt.turbines",
+    "compared": "pitchopt.design",
     "fit_polar": "pitchopt.aero.fits",
+    "load_case": "pitchopt.cases",
+    "load_turbine": "pitchopt.turbines",
+    "read_windio": "pitchopt.turbines",
+    "tradeoff": "pitchopt.design",
 }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pitchopt.design.certificate import lagrangian_bound
+from pitchopt.design.goals import compared, constant, default_mu, design, power_max, tradeoff
 from pitchopt.design.limits import PitchLimits
 from pitchopt.design.multipliers import Multipliers
 from pitchopt.design.problem import DesignProblem, LoadWeights, Objective
@@ -11,7 +12,6 @@ from pitchopt.design.relaxation import Relaxation, relax
 from pitchopt.design.results import Compared, Design, LocalSolution, Status, Tradeoff
 from pitchopt.design.scp import ScpSettings, solve_local
 from pitchopt.design.task import CurvesModel, DesignTask, PitchModel
-from pitchopt.design.tradeoff import compared, constant, default_mu, design, power_max, tradeoff
 
 __all__ = [
     "Compared",

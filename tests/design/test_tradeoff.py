@@ -23,7 +23,7 @@ from pitchopt.design import (
     power_max,
     tradeoff,
 )
-from pitchopt.design.constant import constant_for_torque, constant_set
+from pitchopt.design.constant_pitch import constant_for_torque, constant_set
 from pitchopt.errors import InfeasibleError, InputError
 
 TASK = DesignTask(model=SmoothModel(), positions=6, limits=wide_limits(), between_positions=48)

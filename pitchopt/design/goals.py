@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pitchopt.checks import FloatArray, finite_array, finite_number, whole_number
-from pitchopt.design.constant import best_constant, constant_for_torque, constant_set
+from pitchopt.design.constant_pitch import best_constant, constant_for_torque, constant_set
 from pitchopt.design.points import PointFinder, finished
 from pitchopt.design.power import maximise_torque
 from pitchopt.design.problem import Objective
