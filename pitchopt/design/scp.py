@@ -45,6 +45,7 @@ IntArray = NDArray[np.intp]
 
 _PENALTY_START = 10.0
 _PENALTY_MAX = 1e7
+_SLOW = 25  # cells that together gain less than ten times the finishing gain end the walk
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +59,8 @@ class ScpSettings:
     tolerance : float
         Promised gain, as a share of the torque scale, at which phase 1 hands over.
     finish : float
-        Gain, as a share of the torque scale, below which phase 2 ends.
+        Gain, as a share of the torque scale, below which phase 2 ends (ten times that over 25
+        cells together).
     max_steps, max_cells : int
         Limits on the subproblems of the two phases.
     """
@@ -67,7 +69,7 @@ class ScpSettings:
     tolerance: float = 3e-6
     finish: float = 1e-8
     max_steps: int = 40
-    max_cells: int = 400
+    max_cells: int = 250
 
 
 class _Merit:
@@ -197,6 +199,7 @@ class _Run:
         rows, last = np.arange(curves.stations), curves.beta.shape[1] - 2
         segment = curves.segment(self.profile)
         threshold = self.settings.finish * self.scale
+        trail: list[float] = []
         waiting: list[tuple[IntArray, FloatArray, IntArray]] = []
         for count in range(self.settings.max_cells):
             if self.stopped():
@@ -210,6 +213,9 @@ class _Run:
             gain = merit - self.best
             if gain > 0:
                 self.accept(candidate, merit)
+            trail.append(self.best)
+            if len(trail) > _SLOW and trail[-1] - trail[-1 - _SLOW] < 10 * threshold:
+                return True
             if gain <= threshold and count > 0:
                 # the last set of moves gained nothing together: try its strongest half
                 if not waiting:
@@ -372,7 +378,7 @@ def solve_local(
         status = Status.ITERATION_LIMIT
         message = f"stopped after {run.solves} subproblems"
     else:
-        status, message = Status.CONVERGED, "no segment next to the profile gains"
+        status, message = Status.CONVERGED, "no segment next to the profile gains more"
     n, m = problem.curves.stations, problem.curves.positions
     multipliers = Multipliers.zero(n, m) if run.last is None else run.last.multipliers
     return LocalSolution(
