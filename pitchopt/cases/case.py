@@ -35,6 +35,7 @@ from pitchopt.errors import InputError
 if TYPE_CHECKING:
     from pitchopt.aero.rotor import Rotor
     from pitchopt.aero.static_rotor import StaticRotor
+    from pitchopt.design.results import Design
     from pitchopt.design.task import CurvesModel, DesignTask
     from pitchopt.turbines import Turbine
     from windfield import WindField
@@ -291,6 +292,42 @@ class Case:
                 "unit or weights such as torque=1,tilt=1,yaw=1,thrust=90"
             )
         return LoadWeights.tower_base(turbine.rotor.hub_height)
+
+    @property
+    def hub_height(self) -> float | None:
+        """Height of the hub above ground [m]; None for a table of curves alone."""
+        turbine = self.turbine_data
+        return None if turbine is None else turbine.rotor.hub_height
+
+    def model_report(self, rotor: Any, constant: Design) -> dict[str, Any]:
+        """Coefficients at the constant pitch compared with, and the rotor model's own errors.
+
+        Power and thrust coefficients refer to the wind speed at the hub and the rotor radius.
+        The largest errors of the polar fits are absolute coefficients; those of a frozen wake,
+        3 degrees from the mean pitch, are shares of the mean torque, bending and thrust.
+        """
+        turbine = self.turbine_data
+        if self.table is not None or turbine is None:
+            return {}
+        mean = constant.mean_pitch
+        force = 0.5 * rotor.air_density * np.pi * turbine.rotor.radius**2 * self.wind.speed**2
+        torque, thrust = float(constant.loads.mean[0]), float(constant.loads.mean[3])
+        report: dict[str, Any] = {
+            "power_coefficient": torque * self.rotor_speed / (force * self.wind.speed),
+            "thrust_coefficient": thrust / force,
+        }
+        if self.aero.induction != "equilibrium":
+            fits = [fit for fit in rotor.section_fits(self.positions, mean) if fit is not None]
+            report["polar_fit_lift_error"] = max((fit.cl_error for fit in fits), default=None)
+            report["polar_fit_drag_error"] = max((fit.cd_error for fit in fits), default=None)
+        if self.aero.induction == "frozen":
+            errors = rotor.frozen_errors(self.positions, mean)
+            names = ("torque", "bending", "thrust")
+            report["frozen_fit_error"] = dict(zip(names, map(float, errors.fit), strict=True))
+            report["frozen_projection_error"] = dict(
+                zip(names, map(float, errors.projection), strict=True)
+            )
+        return report
 
     def task(self) -> DesignTask:
         """Model, limits, weights and restrictions together."""

@@ -165,6 +165,8 @@ def command(**options: Any) -> int:
         constant=solved.constant,
         power_max=solved.power_max,
         seconds=time.perf_counter() - began,
+        model=case.model_report(solved.task.model, solved.constant),
+        hub_height=case.hub_height,
     )
     written = output.save(folder, {**files, "design.json": document_text(document)})
     if as_json:
@@ -208,7 +210,7 @@ def _files(solved: Solved, *, plots: bool) -> dict[str, bytes | str]:
 
 
 def _print(solved: Solved, document: dict[str, Any]) -> None:
-    from pitchopt.cli.output import case_line
+    from pitchopt.cli.output import case_line, model_lines
     from pitchopt.cli.tables import design_table, number, reference_row
 
     record = document["design"]
@@ -221,6 +223,8 @@ def _print(solved: Solved, document: dict[str, Any]) -> None:
     ]
     click.echo(case_line(solved.case, solved.settings) + "\n")
     click.echo(design_table(rows) + "\n")
+    for line in model_lines(document["model"]):
+        click.echo(line)
     for key, where in (("rms", ""), ("rms_between", ", between the stations")):
         before, after = document["constant"][key], record[key]
         if before is None or after is None:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pitchopt.cases import Case
     from pitchopt.design import Design, Tradeoff
 
-__all__ = ["case_line", "out_folder", "save", "wind_plot"]
+__all__ = ["case_line", "model_lines", "out_folder", "save", "wind_plot"]
 
 
 def out_folder(out: str | None, command: str, case: Case, *, as_json: bool) -> Path | None:
@@ -56,6 +56,29 @@ def case_line(case: Case, settings: Mapping[str, Any]) -> str:
         + ("" if not objective["travel_penalty"] else f", travel {objective['travel_penalty']:g}")
     )
     return f"{case.name}: {first}\n{second}"
+
+
+def model_lines(model: Mapping[str, Any]) -> list[str]:
+    """What is known of the aerodynamic model at the constant pitch, one line each."""
+    lines = []
+    if "power_coefficient" in model:
+        lines.append(
+            f"at the constant pitch: power coefficient {model['power_coefficient']:.4f}, thrust "
+            f"coefficient {model['thrust_coefficient']:.4f}"
+        )
+    if model.get("polar_fit_lift_error") is not None:
+        lines.append(
+            f"polar fits: largest error in lift {model['polar_fit_lift_error']:.4f}, in drag "
+            f"{model['polar_fit_drag_error']:.4f}"
+        )
+    if "frozen_fit_error" in model:
+        fit, turn = model["frozen_fit_error"], model["frozen_projection_error"]
+        shares = ", ".join(
+            f"{name} {100 * fit[name]:.1f} % (fits) {100 * turn[name]:.2f} % (prebend and sweep)"
+            for name in fit
+        )
+        lines.append(f"frozen curves 3 deg from the mean pitch are off by at most: {shares}")
+    return [*lines, ""] if lines else []
 
 
 def save(folder: Path | None, files: Mapping[str, bytes | str]) -> list[str]:

@@ -111,7 +111,14 @@ def command(**options: Any) -> int:
         "seed": options["seed"],
     }
     files = _files(case, settings, result, plots=not options["no_plots"]) if folder else {}
-    document = tradeoff_document(case.name, settings, result, time.perf_counter() - began)
+    document = tradeoff_document(
+        case.name,
+        settings,
+        result,
+        time.perf_counter() - began,
+        model=case.model_report(task.model, result.constant),
+        hub_height=case.hub_height,
+    )
     written = output.save(folder, {**files, **_text_files(document, result)})
     if as_json:
         from pitchopt.exports import document_text
@@ -171,7 +178,7 @@ def _files(
 
 def _print(case: Case, settings: dict[str, Any], document: dict[str, Any]) -> None:
     from pitchopt.cases import builtin_names, load_case
-    from pitchopt.cli.output import case_line
+    from pitchopt.cli.output import case_line, model_lines
     from pitchopt.cli.tables import design_table, paper_table, reference_row
 
     knee = document["knee"]["index"]
@@ -186,6 +193,8 @@ def _print(case: Case, settings: dict[str, Any], document: dict[str, Any]) -> No
     ]
     click.echo(case_line(case, settings) + "\n")
     click.echo(design_table(rows) + "\n")
+    for line in model_lines(document["model"]):
+        click.echo(line)
     if "biegel2011" in builtin_names() and case == load_case("biegel2011"):
         click.echo("Beside the paper (sum of the four RMS values in N m and N)\n")
         click.echo(paper_table(document) + "\n")

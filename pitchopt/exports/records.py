@@ -59,8 +59,11 @@ def _by_load(loads: RotorLoads) -> dict[str, float]:
     return dict(zip(LOADS, map(float, loads.rms), strict=True))
 
 
-def _loads_record(design: Design) -> dict[str, Any]:
+def _loads_record(design: Design, hub_height: float | None) -> dict[str, Any]:
     torque, tilt, yaw, thrust = (float(v) for v in design.loads.mean)
+    base = None
+    if hub_height is not None:
+        base = float(np.std(hub_height * design.loads.rotor[3] + design.loads.rotor[1]))
     return {
         "mean_torque": torque,
         "mean_tilt": tilt,
@@ -73,6 +76,7 @@ def _loads_record(design: Design) -> dict[str, Any]:
         "rms_weighted": design.rms_weighted,
         "rms_weighted_between": design.rms_weighted_between,
         "blade_rms": design.loads.blade_rms,
+        "tower_base_rms": base,
         "mean_pitch_deg": float(np.rad2deg(design.profile.mean())),
         "pitch_travel_deg": float(np.rad2deg(design.pitch_travel)),
     }
@@ -90,24 +94,29 @@ def _shares(design: Design, constant: Design, power_max: Design) -> dict[str, fl
     }
 
 
-def constant_record(design: Design) -> dict[str, Any]:
+def constant_record(design: Design, *, hub_height: float | None = None) -> dict[str, Any]:
     """The best constant pitch."""
     return {
         "pitch_deg": float(np.rad2deg(design.profile.mean())),
-        **_loads_record(design),
+        **_loads_record(design, hub_height),
         "status": design.status.value,
         "message": design.message,
     }
 
 
-def design_record(design: Design, *, constant: Design, power_max: Design) -> dict[str, Any]:
-    """One design; cuts are against `constant`, losses against `power_max`."""
+def design_record(
+    design: Design, *, constant: Design, power_max: Design, hub_height: float | None = None
+) -> dict[str, Any]:
+    """One design; cuts are against `constant`, losses against `power_max`.
+
+    With a hub height [m] the RMS of the tower-base moment, hub height x thrust + tilt, is added.
+    """
     record: dict[str, Any] = {
         "label": label_of(design),
         "kind": design.kind,
         "mu": design.mu,
         "target": design.target,
-        **_loads_record(design),
+        **_loads_record(design, hub_height),
         **_shares(design, constant, power_max),
         "objective": design.objective,
         "upper_bound": design.upper_bound,
@@ -130,15 +139,29 @@ def design_record(design: Design, *, constant: Design, power_max: Design) -> dic
 
 
 def tradeoff_document(
-    case: str, settings: Mapping[str, Any], result: Tradeoff, seconds: float
+    case: str,
+    settings: Mapping[str, Any],
+    result: Tradeoff,
+    seconds: float,
+    *,
+    model: Mapping[str, Any] | None = None,
+    hub_height: float | None = None,
 ) -> dict[str, Any]:
-    """Everything about a trade-off curve but the profiles themselves."""
-    ends = {"constant": result.constant, "power_max": result.power_max}
+    """Everything about a trade-off curve but the profiles themselves.
+
+    `model` holds what is known of the aerodynamic model's own errors and coefficients.
+    """
+    ends: dict[str, Any] = {
+        "constant": result.constant,
+        "power_max": result.power_max,
+        "hub_height": hub_height,
+    }
     pareto = result.constant_pareto
     return {
         "case": case,
         "settings": dict(settings),
-        "constant": constant_record(result.constant),
+        "model": dict(model or {}),
+        "constant": constant_record(result.constant, hub_height=hub_height),
         "power_max": design_record(result.power_max, **ends),
         "points": [design_record(point, **ends) for point in result.points],
         "knee": {"index": result.knee},
@@ -159,14 +182,22 @@ def design_document(
     constant: Design,
     power_max: Design,
     seconds: float,
+    model: Mapping[str, Any] | None = None,
+    hub_height: float | None = None,
 ) -> dict[str, Any]:
     """Everything about one design, its profile included."""
+    ends: dict[str, Any] = {
+        "constant": constant,
+        "power_max": power_max,
+        "hub_height": hub_height,
+    }
     return {
         "case": case,
         "settings": dict(settings),
-        "constant": constant_record(constant),
-        "power_max": design_record(power_max, constant=constant, power_max=power_max),
-        "design": design_record(design, constant=constant, power_max=power_max),
+        "model": dict(model or {}),
+        "constant": constant_record(constant, hub_height=hub_height),
+        "power_max": design_record(power_max, **ends),
+        "design": design_record(design, **ends),
         "azimuth_deg": np.rad2deg(design.azimuth),
         "pitch_deg": np.rad2deg(design.profile),
         "seconds": seconds,

@@ -20,6 +20,7 @@ WRITES = {
     "07_own_wind": ["07_own_wind.png"],
     "08_curves_from_another_code": ["08_curves.csv"],
     "09_aerodyn_motion_files": ["09_aerodyn"],
+    "10_own_constraints": ["10_own_constraints.csv"],
 }
 
 

@@ -1,0 +1,111 @@
+"""Every benchmark runs with tiny sizes and writes the figures that its README promises."""
+
+from __future__ import annotations
+
+import functools
+import json
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "benchmarks"
+SCRIPTS = sorted(path.stem for path in FOLDER.glob("[a-z]*.py"))
+FIGURES = {
+    "curve": {
+        "import": ["seconds", "bare_python_seconds", "seconds_aim"],
+        "curve": ["seconds", "points", "certified", "gap_largest_percent", "converged"],
+        "command": ["seconds", "files"],
+    },
+    "direct_vs_cvxpy": {
+        "subproblem": ["ratio", "ratio_aim", "direct_solver_share", "direct_assembly_share"],
+    },
+    "growth": {
+        "run, positions": ["seconds", "subproblems", "seconds_per_subproblem", "peak_memory_mb"],
+        "exponent, positions": ["exponent_run", "exponent_subproblem", "aim"],
+    },
+    "scp_vs_ipopt": {
+        "trade-off point": ["ratio", "objective_lead_percent", "ratio_is_lower_bound"],
+        "summary": ["formulations", "fastest_formulation"],
+    },
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("results")
+
+
+def run(script, *arguments, **environment):
+    path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
+    done = subprocess.run(
+        [sys.executable, str(FOLDER / f"{script}.py"), "--quick", *arguments],
+        check=False,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": path, **environment},
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@functools.cache
+def quick(script, out):
+    return run(script, "--out", out)
+
+
+def by_measurement(text):
+    lines = [json.loads(line) for line in text.splitlines()]
+    return lines, {line["measurement"]: line for line in lines}
+
+
+def test_every_script_is_listed():
+    assert sorted(FIGURES) == SCRIPTS
+
+
+@pytest.mark.parametrize("script", SCRIPTS)
+def test_quick_run(script, folder):
+    if script == "scp_vs_ipopt":
+        pytest.importorskip("casadi", reason="comes with the extra 'bench'")
+    out = folder / script / f"{script}.json"
+    text = quick(script, str(out))
+    assert out.read_text(encoding="utf-8") == text
+    assert [path.name for path in out.parent.iterdir()] == [out.name]
+    lines, found = by_measurement(text)
+    assert set(FIGURES[script]) == set(found)
+    for line in lines:
+        assert line["benchmark"] == script
+        assert line["quick"] is True
+        assert line["seed"] == 0
+        where = line["environment"]
+        assert {"python", "numpy", "scipy", "clarabel", "cvxpy", "casadi"} == set(where["versions"])
+        assert where["cpu"] and where["cores"] >= 1
+        assert str(ROOT) not in json.dumps(line)
+    for measurement, figures in FIGURES[script].items():
+        assert set(figures) <= set(found[measurement])
+    for line in lines:
+        for name in ("ratio", "seconds", "peak_memory_mb"):
+            if name in line:
+                assert line[name] > 0
+        for name, value in line.items():
+            assert not isinstance(value, float) or math.isfinite(value), name
+
+
+def test_paths_agree(folder):
+    out = folder / "direct_vs_cvxpy" / "direct_vs_cvxpy.json"
+    _, found = by_measurement(quick("direct_vs_cvxpy", str(out)))
+    line = found["subproblem"]
+    assert line["solved_by_direct"] == line["solved_by_cvxpy"] == line["subproblems"]
+    assert line["value_difference_largest"] < 1e-5
+
+
+def test_without_casadi_the_comparison_is_skipped(tmp_path):
+    (tmp_path / "casadi.py").write_text("raise ImportError\n", encoding="utf-8")
+    path = os.pathsep.join([str(tmp_path), str(ROOT)])
+    lines, found = by_measurement(run("scp_vs_ipopt", PYTHONPATH=path))
+    assert len(lines) == 1
+    assert "casadi" in found["skipped"]["reason"]
