@@ -49,7 +49,7 @@ format: $(MARK)-test
 
 bench: $(MARK)-bench
 	@set -e; found=; for script in benchmarks/[a-z]*.py; do \
-		test -f "$$script" || continue; found=1; $(PY) "$$script"; done; \
+		test -f "$$script" || continue; found=1; $(PY) "$$script" --out "benchmarks/results/$$(basename "$$script" .py).json"; done; \
 	test -n "$$found" || { echo "no scripts in benchmarks/" >&2; exit 1; }
 
 clean:

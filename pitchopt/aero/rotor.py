@@ -23,7 +23,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from pitchopt.aero.blade import Blade
-from pitchopt.checks import FloatArray, finite_number
+from pitchopt.checks import FloatArray, finite_number, whole_number
 from pitchopt.errors import InputError
 
 __all__ = ["Inflow", "Rotor", "SectionWind", "Sections", "hub_axes"]
@@ -115,9 +115,8 @@ class Rotor:
     hub_height: float
 
     def __post_init__(self) -> None:
-        if isinstance(self.blades, bool) or int(self.blades) != self.blades or self.blades < 1:
-            raise InputError(f"rotor.blades: got {self.blades!r}, expected a whole number >= 1")
         set_ = object.__setattr__
+        set_(self, "blades", whole_number("rotor.blades", self.blades, at_least=1))
         set_(self, "blades", int(self.blades))
         set_(self, "hub_radius", finite_number("rotor.hub_radius", self.hub_radius, at_least=0.0))
         set_(self, "hub_height", finite_number("rotor.hub_height", self.hub_height, above=0.0))

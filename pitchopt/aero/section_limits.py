@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from pitchopt.aero.polars import Polar
 from pitchopt.checks import FloatArray
 
-__all__ = ["crossings", "section_limits"]
+__all__ = ["MARGIN", "crossings", "section_limits"]
 
-_MARGIN = float(np.deg2rad(0.5))  # a fitted section keeps this much room at the mean pitch
+MARGIN = float(np.deg2rad(0.5))  # a fitted section keeps this much room at the mean pitch
 _ROOM = float(np.deg2rad(6.0))  # fits reach this far below the angles at the mean pitch, ...
 _COARSE = (0.03, 0.006)  # ... at the price of errors up to these in Cl and Cd
 _STEP = float(np.deg2rad(2.0))  # limits are widened in such steps, so that fits are reused
@@ -63,7 +63,7 @@ def section_limits(
             if low is None and least - _ROOM < below:
                 extended = float(np.floor((least - _ROOM) / _STEP) * _STEP)
                 below = min(below, max(extended, polar.concave_range(*_COARSE)[0]))
-            if least < below + _MARGIN or most > above - _MARGIN:
+            if least < below + MARGIN or most > above - MARGIN:
                 result.append(None)
                 continue
         result.append((below, above))

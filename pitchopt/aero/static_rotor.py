@@ -34,14 +34,15 @@ from pitchopt.aero.flow import Flow, balanced_flow, free_flow, loss_constants
 from pitchopt.aero.induction import Momentum, SectionPolars
 from pitchopt.aero.loads import BladeLoads, load_map
 from pitchopt.aero.rotor import Inflow, Rotor
-from pitchopt.aero.section_limits import crossings, section_limits
-from pitchopt.checks import FloatArray, finite_number
+from pitchopt.aero.section_limits import MARGIN, crossings, section_limits
+from pitchopt.checks import FloatArray, finite_number, whole_number
 from pitchopt.errors import InputError
 
 __all__ = ["FrozenErrors", "StaticRotor"]
 
 _MODES = ("none", "frozen", "equilibrium")
 _RATE_STEP = 0.02  # [rad/s] for the central difference in pitch rate: as real rates are
+_FULL_TURN = 2 * np.pi - 1e-6
 _MIN_RANGE = 1e-6  # [rad]
 _CHUNK = 40_000  # sections solved at a time
 _REACH = float(np.deg2rad(25.0))  # limits are looked for this far around the mean pitch
@@ -133,6 +134,10 @@ class StaticRotor:
         set_(self, "stall_share", finite_number("stall_share", self.stall_share, at_least=0.0))
         if self.induction not in _MODES:
             raise InputError(f"induction: got {self.induction!r}, expected one of {_MODES}")
+        for name in ("pitch_range", "alpha_limits"):
+            pair = getattr(self, name)
+            if not isinstance(pair, (tuple, list)) or len(pair) != 2:
+                raise InputError(f"{name}: got {pair!r}, expected two angles (lower, upper)")
         low = finite_number("pitch_range[0]", self.pitch_range[0], at_least=-np.pi)
         high = finite_number("pitch_range[1]", self.pitch_range[1], at_most=np.pi)
         if not low < high:
@@ -142,13 +147,32 @@ class StaticRotor:
             None if value is None else finite_number(f"alpha_limits[{i}]", value)
             for i, value in enumerate(self.alpha_limits)
         )
-        if len(limits) != 2 or (None not in limits and not limits[0] < limits[1]):  # type: ignore[operator]
+        if None not in limits and not limits[0] < limits[1]:  # type: ignore[operator]
             raise InputError(f"alpha_limits: got {self.alpha_limits}, expected (lower, upper)")
         set_(self, "alpha_limits", limits)
         for name, least in (("segments", 1), ("samples", 2)):
-            value = getattr(self, name)
-            if isinstance(value, bool) or int(value) != value or value < least:
-                raise InputError(f"{name}: got {value!r}, expected a whole number >= {least}")
+            set_(self, name, whole_number(name, getattr(self, name), at_least=least))
+        self._check_alpha_limits()
+
+    def _check_alpha_limits(self) -> None:
+        """The limits asked for lie inside every lifting section's table, in the right order."""
+        low, high = self.alpha_limits
+        for polar in self.rotor.blade.polars:
+            if not polar.lifting:
+                continue
+            first, last = float(polar.alpha[0]), float(polar.alpha[-1])
+            for i, value in enumerate((low, high)):
+                if value is not None and not first <= value <= last:
+                    raise InputError(
+                        f"alpha_limits[{i}]: got {np.rad2deg(value):g} deg, polar "
+                        f"{polar.name!r} covers {np.rad2deg(first):g} to {np.rad2deg(last):g} deg"
+                    )
+            top = polar.stall_angle() if high is None else high
+            if low is not None and low >= top:
+                raise InputError(
+                    f"alpha_limits[0]: got {np.rad2deg(low):g} deg, expected less than the upper "
+                    f"limit of polar {polar.name!r}, {np.rad2deg(top):g} deg"
+                )
 
     # ---- polars and their fits ---------------------------------------------------------
 
@@ -220,7 +244,22 @@ class StaticRotor:
             radial_moment=self.radial_moment,
         )
         alpha = flow.phi - blade.twist - pitch[..., None]
+        self._check_coverage(alpha)
         return mapping.apply(*self._polars.coefficients(alpha))
+
+    def _check_coverage(self, alpha: FloatArray) -> None:
+        """Angles of attack (..., E) stay inside the tables that do not go all round."""
+        for e, polar in enumerate(self.rotor.blade.polars):
+            first, last = float(polar.alpha[0]), float(polar.alpha[-1])
+            if last - first >= _FULL_TURN:
+                continue
+            least, most = float(alpha[..., e].min()), float(alpha[..., e].max())
+            if least < first - 1e-9 or most > last + 1e-9:
+                raise InputError(
+                    f"polar {polar.name!r}: covers {np.rad2deg(first):g} to {np.rad2deg(last):g} "
+                    f"deg, the section needs {np.rad2deg(least):.2f} to {np.rad2deg(most):.2f} "
+                    "deg; extend the table or narrow the pitch range"
+                )
 
     def _mean(self, mean_pitch: float | None) -> float:
         if mean_pitch is None:
@@ -317,9 +356,7 @@ class StaticRotor:
     # ---- curves --------------------------------------------------------------------------
 
     def _stations(self, positions: int) -> FloatArray:
-        if isinstance(positions, bool) or int(positions) != positions or positions < 1:
-            raise InputError(f"positions: got {positions!r}, expected a whole number >= 1")
-        count = self.rotor.blades * int(positions)
+        count = self.rotor.blades * whole_number("positions", positions, at_least=1)
         return np.asarray(2 * np.pi * np.arange(count) / count)
 
     def _clip(
@@ -418,7 +455,7 @@ class StaticRotor:
         return [slice(k, k + step) for k in range(0, stations, step)]
 
     def _balanced_limits(self, psi: FloatArray, mean: float) -> tuple[FloatArray, FloatArray]:
-        """Pitch interval (N,) in which attached outboard sections stay within their limits."""
+        """Pitch interval (N,) around `mean` in which no outboard section stalls."""
         grid = np.clip(mean + np.linspace(-_REACH, _REACH, 41), *self.pitch_range)
         grid = np.unique(np.append(grid, mean))
         alpha = np.empty((psi.size, grid.size, self.rotor.blade.span.size))
@@ -430,18 +467,77 @@ class StaticRotor:
         at = int(np.searchsorted(grid, mean))
         low = np.full(psi.size, -np.inf)
         high = np.full(psi.size, np.inf)
-        limits = section_limits(
-            self.rotor.blade.polars, self.alpha_limits, alpha[:, at], self._blocked
-        )
-        for e in np.flatnonzero(self._restricting()):
-            bounds = limits[e]
-            if bounds is None:
-                continue
+        for e, above, below in zip(*self._stall_limits(), strict=True):
             for n in range(psi.size):
-                left, right = crossings(grid, alpha[n, :, e], at, bounds)
+                left, right = crossings(grid, alpha[n, :, e], at, (below, above))
                 low[n] = max(low[n], left)
                 high[n] = min(high[n], right)
         return low, high
+
+    def attached_pitch(self, positions: int = 24) -> tuple[float, float]:
+        """Constant pitches at which no outboard section stalls at any azimuth.
+
+        The restricting sections are the lifting ones at or beyond `stall_share`, without those
+        whose loss factor vanishes; each azimuth is in its own momentum balance.  Of several
+        such intervals the longest counts.
+
+        Returns
+        -------
+        low, high : float
+            Ends of the interval within the pitch range [rad], to 0.01 degrees.
+
+        Raises
+        ------
+        InputError
+            If every constant pitch stalls somewhere.
+        """
+        psi = self._stations(positions)
+        picked, above, below = self._stall_limits()
+
+        def attached(pitch: FloatArray) -> NDArray[np.bool_]:
+            beta = np.broadcast_to(pitch, (psi.size, pitch.size))
+            flow = self._flow(psi[:, None], beta, np.zeros(()), beta)
+            alpha = (flow.phi - self.rotor.blade.twist - beta[..., None])[..., picked]
+            inside = (alpha <= above) & (alpha >= below)
+            return np.asarray(inside.all(axis=(0, 2)))
+
+        low, high = self.pitch_range
+        grid = np.linspace(low, high, max(int(np.ceil((high - low) / np.deg2rad(1.0))), 2) + 1)
+        good = attached(grid)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], good, [False]])))
+        if edges.size == 0:
+            raise InputError(
+                "alpha_limits, pitch_range: every constant pitch from "
+                f"{np.rad2deg(low):.2f} to {np.rad2deg(high):.2f} deg stalls an outboard section "
+                "at some azimuth; widen the pitch range or check wind and rotor speed"
+            )
+        starts, ends = edges[::2], edges[1::2] - 1
+        run = int(np.argmax(ends - starts))
+        result = []
+        for inside, step in ((int(starts[run]), -1), (int(ends[run]), 1)):
+            good_end, bad_end = float(grid[inside]), float(grid[inside])
+            if 0 <= inside + step < grid.size:
+                bad_end = float(grid[inside + step])
+            while abs(bad_end - good_end) > np.deg2rad(0.01):
+                middle = 0.5 * (good_end + bad_end)
+                if attached(np.array([middle]))[0]:
+                    good_end = middle
+                else:
+                    bad_end = middle
+            result.append(good_end)
+        return result[0], result[1]
+
+    def _stall_limits(self) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
+        """Restricting sections and their largest and least angles of attack [rad]."""
+        polars = self.rotor.blade.polars
+        picked = np.array(
+            [e for e in np.flatnonzero(self._restricting() & ~self._blocked) if polars[e].lifting],
+            dtype=np.intp,
+        )
+        low, high = self.alpha_limits
+        above = [polars[e].stall_angle() if high is None else high for e in picked]
+        below = [polars[e].attached_range()[0] if low is None else low for e in picked]
+        return picked, np.array(above) - MARGIN, np.array(below) + MARGIN
 
     def pitch_limits(
         self, azimuth: ArrayLike, mean_pitch: float | None = None

@@ -130,7 +130,8 @@ def _read_npz(source: Path) -> dict[str, Any]:
         with source.open("rb") as stream, np.load(stream, allow_pickle=False) as data:
             content: dict[str, Any] = {name: data[name] for name in data.files if name in known}
     except Exception as error:
-        raise InputError(f"curves file: {source} is not a readable NPZ ({error})") from error
+        kind = type(error).__name__
+        raise InputError(f"curves file: {source} is not a readable NPZ ({kind})") from error
     missing = sorted({"blades", *_NEEDED} - content.keys())
     if missing:
         raise InputError(f"curves file: {source} lacks {', '.join(missing)}")

@@ -17,9 +17,10 @@ from numpy.typing import ArrayLike
 
 from pitchopt.checks import FloatArray, finite_array, finite_number, whole_number
 from pitchopt.design.constant_pitch import best_constant, constant_for_torque, constant_set
-from pitchopt.design.points import PointFinder, finished
+from pitchopt.design.points import TORQUE_ALONE, PointFinder, finished
 from pitchopt.design.power import maximise_torque
 from pitchopt.design.problem import Objective
+from pitchopt.design.relaxation import relax
 from pitchopt.design.results import Compared, Design, LocalSolution, Tradeoff
 from pitchopt.design.search import Found, climb
 from pitchopt.design.task import DesignTask, Progress
@@ -56,11 +57,11 @@ def power_max(task: DesignTask, *, reference: Design | None = None) -> Design:
     """The profile of largest mean torque, the cap on blade load not counted.
 
     Exact where torque is concave in pitch; with a frozen wake exact for each mean pitch, and
-    the outer search over the mean is local.
+    the outer search over the mean is local.  Elsewhere the better of two local optima, from the
+    best constant pitch and from the relaxation; ``upper_bound`` says how good it is.
     """
     began = time.perf_counter()
     start = reference or best_constant(task)
-    nothing = Objective(torque=1.0, rms=(0.0, 0.0, 0.0, 0.0, 0.0))
     if not task.frozen:
         task = task.operating_at(float(start.profile.mean()))
         solution = maximise_torque(task.problem(), start.profile)
@@ -78,7 +79,15 @@ def power_max(task: DesignTask, *, reference: Design | None = None) -> Design:
     found = Found(
         solution=solution, start=start.message, mean_pitch=mean, iterations=solution.iterations
     )
-    return finished(task, nothing, found, "power_max", 0.0, None, began, None)
+    if solution.loads.mean[0] <= 0:
+        raise InputError(
+            f"mean torque: the largest that any profile gives is {solution.loads.mean[0]:.4g} N m, "
+            "expected more than 0; check wind speed, rotor speed and pitch range"
+        )
+    relaxed = relax(task.problem(mean), TORQUE_ALONE, profile=solution.profile)
+    return finished(
+        task, TORQUE_ALONE, found, "power_max", 0.0, None, began, relaxed, solution.value
+    )
 
 
 def design(task: DesignTask, **options: Any) -> Design:
@@ -158,7 +167,7 @@ def compared(
     if mu is not None:
         found = finder.point(mu, finder.first_starts(finder.tradeoff_objective(mu)))
     elif max_power_loss is not None:
-        found = finder.loss_point(max_power_loss, ())
+        found = finder.loss_point(max_power_loss)
     else:
         assert mean_torque is not None
         found = finder.torque_point(mean_torque)
@@ -199,8 +208,8 @@ def tradeoff(
     """
     began = time.perf_counter()
     prices = None if mu is None else np.sort(finite_array("mu", np.atleast_1d(mu)))
-    if prices is not None and prices[0] < 0:
-        raise InputError(f"mu: got {prices[0]:g}, expected prices of 0 or more")
+    for price in () if prices is None else prices[[0, -1]]:
+        Objective.tradeoff(float(price), task.weights)
     targets = [_share("losses", loss) for loss in np.atleast_1d(np.asarray(losses, dtype=object))]
     starts = whole_number("starts", starts, at_least=1)
     anchors = whole_number("anchors", anchors, at_least=1)
@@ -217,11 +226,9 @@ def tradeoff(
         prices = default_mu(reference, count)
     finder = PointFinder(task, reference, power, starts, certify, seed, progress, total=total)
     finder.tick("power maximum")
-    found = [
-        *finder.curve([float(p) for p in prices], anchors),
-        *(finder.loss_point(loss, finder.pool) for loss in targets),
-    ]
-    found.sort(key=lambda point: (point.mu, -point.mean_torque))
+    found = finder.curve([float(p) for p in prices], targets, anchors)
+    found.sort(key=lambda point: (-point.mean_torque, point.kind != "mu", point.mu))
+    power = finder.power
     return Tradeoff(
         constant=reference,
         power_max=power,

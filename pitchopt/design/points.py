@@ -10,8 +10,8 @@ local solve goes on from there.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from pitchopt.aero.curves import RotorLoads
 from pitchopt.design.flatten import flattened
+from pitchopt.design.power import maximise_torque
 from pitchopt.design.problem import Objective
 from pitchopt.design.relaxation import Relaxation, relax
 from pitchopt.design.results import Design, Status
@@ -26,13 +27,30 @@ from pitchopt.design.search import Found, Start, rank, search
 from pitchopt.design.task import DesignTask, Progress
 from pitchopt.errors import InfeasibleError
 
-__all__ = ["PointFinder", "finished"]
+__all__ = ["TORQUE_ALONE", "PointFinder", "finished"]
 
 FloatArray = NDArray[np.float64]
 
 _CLOSE = 2e-6  # bound met to this share of torque: no further start can gain
+TORQUE_ALONE = Objective(torque=1.0, rms=(0.0, 0.0, 0.0, 0.0, 0.0))
 _WAVE = np.radians(0.4)
 _TOP_PRICE = 100.0  # price given to a torque limit without a multiplier, in torque over RMS
+
+
+@dataclass(kw_only=False, eq=False)
+class _Goal:
+    """One point to be found, and the best profile for it so far."""
+
+    kind: str
+    number: float
+    objective: Objective
+    found: Found | None = None
+    seconds: float = 0.0
+
+    @property
+    def label(self) -> str:
+        """What the point is called on the way."""
+        return f"mu {self.number:.3g}" if self.kind == "mu" else f"loss {100 * self.number:g} %"
 
 
 class PointFinder:
@@ -55,7 +73,6 @@ class PointFinder:
         self.starts, self.certify = starts, certify
         self.random = np.random.default_rng(seed)
         self.progress, self.total, self.done = progress, total, 1
-        self.pool: list[tuple[Start, float]] = []  # with mean torque
 
     def tick(self, label: str) -> None:
         """One step further."""
@@ -145,9 +162,7 @@ class PointFinder:
         values = np.array(
             [
                 rank(problem, objective, load, problem.value_of(load, travel, objective))
-                for load, travel in zip(
-                    loads, np.abs(np.diff(profiles, axis=1)).sum(axis=1), strict=True
-                )
+                for load, travel in zip(loads, map(problem.travel, profiles), strict=True)
             ]
         )
         chosen: list[FloatArray] = []
@@ -166,9 +181,11 @@ class PointFinder:
         """Hull relaxation of a problem."""
         return relax(self.task.problem(mean), objective, profile=profile)
 
-    def solve(self, objective: Objective, starts: Sequence[Start]) -> Found:
+    def solve(self, objective: Objective, starts: Sequence[Start], *, finish: bool = True) -> Found:
         """Search from the starts, the first proven optimum ending it."""
         good_enough = None
+        if self.task.problem(self.reference.mean_pitch).constant_only:
+            starts = starts[:1]
         if not self.task.frozen and self.certify and len(starts) > 1:
             relaxed = self.bound(objective, None, starts[0].profile)
             if relaxed is not None:
@@ -177,7 +194,7 @@ class PointFinder:
                 def good_enough(value: float) -> bool:
                     return value >= limit
 
-        return search(self.task, objective, starts, good_enough=good_enough)
+        return search(self.task, objective, starts, good_enough=good_enough, finish=finish)
 
     # ---- points ------------------------------------------------------------------------------
 
@@ -189,91 +206,132 @@ class PointFinder:
         self.tick(f"mu {mu:.3g}")
         return self.finish(objective, found, "mu", mu, None, began)
 
-    def curve(self, prices: list[float], anchors: int) -> list[Design]:
-        """Points of all prices: anchors, sweeps both ways, then every profile at every price."""
+    def curve(self, prices: Sequence[float], losses: Sequence[float], anchors: int) -> list[Design]:
+        """Points of all prices and losses.
+
+        Anchors among the prices, sweeps over their neighbours both ways, the losses from what
+        was found, then every profile at every goal.
+        """
         count = len(prices)
-        chosen = set(np.unique(np.linspace(0, count - 1, min(anchors, count)).astype(int)))
-        spent = [0.0] * count
-        best: list[Found | None] = [None] * count
-
-        def improve(i: int, starts: Sequence[Start]) -> None:
-            t = time.perf_counter()
-            found = self.solve(self.tradeoff_objective(prices[i]), starts)
-            spent[i] += time.perf_counter() - t
-            known = best[i]
-            if known is None or self._value(found, prices[i]) > self._value(known, prices[i]):
-                best[i] = found
-
-        for i in sorted(chosen):
-            improve(i, self.first_starts(self.tradeoff_objective(prices[i])))
-            self.tick(f"mu {prices[i]:.3g}")
-        for order, label in ((range(count), "below"), (range(count - 1, -1, -1), "above")):
+        goals = [_Goal("mu", price, self.tradeoff_objective(price)) for price in prices]
+        for i in np.unique(np.linspace(0, count - 1, min(anchors, count)).astype(int)):
+            self._improve(goals[i], self.first_starts(goals[i].objective))
+            self.tick(goals[i].label)
+        anchored = [goal.found is not None for goal in goals]
+        for order, side in ((range(count), "below"), (range(count - 1, -1, -1), "above")):
             previous: Found | None = None
             for i in order:
-                if previous is not None and (i not in chosen or label == "above"):
-                    start = Start(label=f"mu {label}", profile=previous.solution.profile)
-                    improve(i, [start])
-                if label == "below" and i not in chosen:
-                    self.tick(f"mu {prices[i]:.3g}")
-                previous = best[i]
+                if previous is not None and (side == "above" or not anchored[i]):
+                    start = Start(label=f"mu {side}", profile=previous.solution.profile)
+                    self._improve(goals[i], [start])
+                if side == "below" and not anchored[i]:
+                    self.tick(goals[i].label)
+                previous = goals[i].found
+        self._raise_power(goals)
+        for loss in losses:
+            goal = _Goal("max_power_loss", loss, self._loss_objective(loss))
+            self._improve(goal, self._loss_starts(goal, goals))
+            goals.append(goal)
+            self.tick(goal.label)
+        self._exchange(goals)
+        for goal in goals:
+            assert goal.found is not None
+            start = Start(label=goal.found.start, profile=goal.found.solution.profile)
+            self._improve(goal, [start], finish=True)
         for _ in range(3):
-            if not self._exchange(prices, best, improve):
+            if not self._exchange(goals, finish=True):
                 break
         points = []
-        for i, found in enumerate(best):
-            assert found is not None
-            start = Start(label=f"mu {prices[i]:.3g}", profile=found.solution.profile)
-            self.pool.append((start, float(found.solution.loads.mean[0])))
-            since = time.perf_counter() - spent[i]
-            objective = self.tradeoff_objective(prices[i])
-            points.append(self.finish(objective, found, "mu", prices[i], None, since))
-            self.tick("certificates")
+        for goal in goals:
+            since = time.perf_counter() - goal.seconds
+            points.append(self._finished_goal(goal, since))
+            if goal.kind == "mu":
+                self.tick("certificates")
         return points
 
-    def _value(self, found: Found, mu: float) -> float:
-        """Objective of a found profile at another price; limits broken are not forgiven."""
-        solution = found.solution
-        if solution.status in (Status.INFEASIBLE, Status.SOLVER_FAILED):
-            return -np.inf
-        travel = self.task.problem(found.mean_pitch).travel(solution.profile)
-        return self.task.problem(found.mean_pitch).value_of(
-            solution.loads, travel, self.tradeoff_objective(mu)
-        )
+    def _improve(self, goal: _Goal, starts: Sequence[Start], *, finish: bool = False) -> None:
+        """Search from the starts and keep the better of the old and the new profile."""
+        began = time.perf_counter()
+        found = self.solve(goal.objective, starts, finish=finish)
+        goal.seconds += time.perf_counter() - began
+        better = goal.found is None or self._rank(goal, found) > self._rank(goal, goal.found)
+        if better or finish:  # a finished profile is never worse, and its status is the full one
+            goal.found = found
 
-    def _exchange(
-        self,
-        prices: list[float],
-        best: list[Found | None],
-        improve: Callable[[int, Sequence[Start]], None],
-    ) -> bool:
-        """Start again wherever another price's profile is the better one; True if any was."""
+    def _rank(self, goal: _Goal, found: Found) -> float:
+        """Value of a found profile for a goal; broken limits are not forgiven."""
+        solution = found.solution
+        if solution.status is Status.SOLVER_FAILED:
+            return -np.inf
+        problem, objective = self.task.problem(found.mean_pitch), goal.objective
+        value = problem.value_of(solution.loads, problem.travel(solution.profile), objective)
+        return rank(problem, objective, solution.loads, value)
+
+    def _exchange(self, goals: Sequence[_Goal], *, finish: bool = False) -> bool:
+        """Start again wherever another goal's profile is the better one; True if any was."""
         changed = False
         threshold = 1e-7 * self.power.mean_torque
-        for i, mu in enumerate(prices):
-            values = [self._value(found, mu) if found is not None else -np.inf for found in best]
-            j = int(np.argmax(values))
-            other = best[j]
-            if other is None or values[j] <= values[i] + threshold:
+        for goal in goals:
+            ranks = [
+                self._rank(goal, other.found) if other.found is not None else -np.inf
+                for other in goals
+            ]
+            other = goals[int(np.argmax(ranks))]
+            own = -np.inf if goal.found is None else self._rank(goal, goal.found)
+            scale = max(goal.objective.torque, threshold / self.power.mean_torque)
+            if other is goal or other.found is None or max(ranks) <= own + threshold * scale:
                 continue
-            start = Start(label=f"mu {prices[j]:.3g}", profile=other.solution.profile)
-            improve(i, [start])
+            start = Start(label=other.label, profile=other.found.solution.profile)
+            self._improve(goal, [start], finish=finish)
             changed = True
         return changed
 
-    def loss_point(self, loss: float, pool: Sequence[tuple[Start, float]]) -> Design:
+    def _raise_power(self, goals: Sequence[_Goal]) -> None:
+        """A local power maximum gives way to any profile that was found to give more torque."""
+        found = [goal.found for goal in goals if goal.found is not None]
+        top = max(found, key=lambda f: float(f.solution.loads.mean[0]))
+        if float(top.solution.loads.mean[0]) > self.power.mean_torque * (1 + 1e-9):
+            problem = self.task.problem(top.mean_pitch)
+            solution = maximise_torque(problem, top.solution.profile)
+            better = replace(top, solution=solution, start=f"{top.start}, then torque alone")
+            self.power = finished(
+                self.task, TORQUE_ALONE, better, "power_max", 0.0, None, time.perf_counter(), None
+            )
+
+    def _loss_objective(self, loss: float) -> Objective:
+        return self.least_objective((1.0 - loss) * self.power.mean_torque)
+
+    def _loss_starts(self, goal: _Goal, goals: Sequence[_Goal]) -> list[Start]:
+        """Profiles found so far that suit a loss best, those nearest to it, flattened ones."""
+        limit = goal.objective.torque_min
+        known = [other for other in goals if other.found is not None]
+        torque = np.array([float(g.found.solution.loads.mean[0]) for g in known if g.found])
+        ranks = np.array([self._rank(goal, g.found) for g in known if g.found])
+        count = max(2, self.starts - 2)
+        picked = dict.fromkeys(
+            [
+                *np.argsort(-ranks, kind="stable")[:2].tolist(),
+                *np.argsort(np.abs(torque - limit), kind="stable")[:count].tolist(),
+            ]
+        )
+        starts = [
+            Start(label=known[i].label, profile=known[i].found.solution.profile) for i in picked
+        ]
+        return starts + self._flattened(goal.objective)
+
+    def loss_point(self, loss: float) -> Design:
         """Least weighted RMS for at most this loss of torque against the power maximum."""
+        goal = _Goal("max_power_loss", loss, self._loss_objective(loss))
         began = time.perf_counter()
-        limit = (1.0 - loss) * self.power.mean_torque
-        objective = self.least_objective(limit)
-        if pool:
-            gaps = [abs(torque - limit) for _, torque in pool]
-            nearest = np.argsort(gaps, kind="stable")[: max(2, self.starts - 2)]
-            starts = [pool[int(i)][0] for i in nearest] + self._flattened(objective)
-        else:
-            starts = self.first_starts(objective)
-        found = self.solve(objective, starts)
-        self.tick(f"loss {100 * loss:g} %")
-        return self._priced(objective, found, "max_power_loss", loss, began)
+        self._improve(goal, self.first_starts(goal.objective), finish=True)
+        self.tick(goal.label)
+        return self._finished_goal(goal, began)
+
+    def _finished_goal(self, goal: _Goal, began: float) -> Design:
+        assert goal.found is not None
+        if goal.kind == "mu":
+            return self.finish(goal.objective, goal.found, "mu", goal.number, None, began)
+        return self._priced(goal.objective, goal.found, goal.kind, goal.number, began)
 
     def torque_point(self, torque: float) -> Design:
         """Least weighted RMS at a mean torque held from both sides."""
@@ -298,12 +356,17 @@ class PointFinder:
     def _priced(
         self, objective: Objective, found: Found, kind: str, target: float, began: float
     ) -> Design:
-        """A design under a torque limit, with the price that the limit's multiplier implies."""
+        """A design under a torque limit, with the price that the limit's multiplier implies.
+
+        Where the limit has a multiplier, objective and bound are those of the trade-off at that
+        price.  Without one (the limit does not bind, or only through the outer search of a
+        frozen wake) there is no price, mu is NaN, and they are those of the least RMS itself;
+        so they are for a torque held from both sides.
+        """
         mult = found.solution.multipliers
-        price = abs(mult.torque_min - mult.torque_max)
-        reference = self.reference
-        top = _TOP_PRICE * reference.mean_torque / max(reference.rms_weighted, 1e-300)
-        mu = min(1.0 / max(price, 1e-300), top)
+        price = mult.torque_min - mult.torque_max
+        top = _TOP_PRICE * self.power.mean_torque / max(self.reference.rms_weighted, 1e-300)
+        mu = 1.0 / price if price > 1.0 / top else np.nan
         lower = None
         if self.certify:
             # of the RMS alone: travel has its price in the design, not in what is bounded
@@ -311,7 +374,9 @@ class PointFinder:
             relaxed = self.bound(bare, found.mean_pitch, found.solution.profile)
             if relaxed is not None:
                 lower = max(0.0, -relaxed.upper_bound)
-        result = self.finish(self.tradeoff_objective(mu), found, kind, mu, target, began)
+        priced = kind == "max_power_loss" and np.isfinite(mu)
+        judged = self.tradeoff_objective(float(mu)) if priced else objective
+        result = self.finish(judged, found, kind, float(mu), target, began)
         return replace(result, rms_lower_bound=lower)
 
     def finish(

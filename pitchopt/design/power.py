@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from pitchopt.design.direct import Subproblem
 from pitchopt.design.problem import DesignProblem, Objective
+from pitchopt.design.relaxation import relax
 from pitchopt.design.results import LocalSolution, Status
 from pitchopt.design.scp import solve_local
 from pitchopt.design.uniform import solve_uniform
@@ -59,10 +60,15 @@ def maximise_torque(
     if problem.constant_only:
         return solve_uniform(problem, objective)
     if not curves.concave or np.isfinite(blade_cap):
-        return solve_local(problem, objective, start)
+        relaxed = relax(problem, objective, profile=start)
+        starts = [start] if relaxed is None else [start, relaxed.profile]
+        return max(
+            (solve_local(problem, objective, first) for first in starts),
+            key=lambda found: found.value,
+        )
     subproblem = Subproblem(problem)
-    profile = problem.repaired(start)
-    best = problem.value(profile, objective)
+    profile = top = problem.repaired(start)
+    best = problem.value(top, objective)
     history, bound = [best], np.inf
     multipliers, solver_seconds = None, 0.0
     for _ in range(max_solves):
@@ -74,18 +80,18 @@ def maximise_torque(
         bound = min(bound, out.value)
         candidate = problem.repaired(out.profile)
         value = problem.value(candidate, objective)
-        profile, best = (candidate, value) if value > best else (profile, best)
+        if value > best:
+            top, best = candidate, value
         history.append(best)
         if bound - best <= tolerance * abs(best):
             break
-        if value < best:
-            profile = candidate  # the lines around the overshoot cut it off next time
+        profile = candidate  # the lines around an overshoot cut it off next time
     if multipliers is None or bound - best > 1e-6 * abs(best):
-        return solve_local(problem, objective, profile)
+        return solve_local(problem, objective, top)
     return LocalSolution(
-        profile=profile,
-        loads=curves.evaluate(profile),
-        value=problem.value(profile, objective),
+        profile=top,
+        loads=curves.evaluate(top),
+        value=best,
         multipliers=multipliers,
         status=Status.EXACT,
         message=f"bound and torque agree to {max(bound - best, 0.0) / abs(best):.1e}",

@@ -63,7 +63,9 @@ class Design:
         ``constant``, ``power_max``, ``mu``, ``max_power_loss`` or ``mean_torque``.
     mu : float
         Price of the weighted RMS against mean torque [-]; for ``max_power_loss`` and
-        ``mean_torque`` the inverse of the torque constraint's multiplier.
+        ``mean_torque`` the inverse of the torque constraint's multiplier, NaN where the
+        constraint has none (it does not bind, or binds only through the outer search of a
+        frozen wake).
     target : float or None
         The loss asked for (a share) or the mean torque asked for [N m].
     azimuth, profile : ndarray (N,)
@@ -77,7 +79,8 @@ class Design:
         Weighted sum of RMS values [N m], with the weights of the task.
     objective, upper_bound, gap : float
         Value of mean torque - mu x weighted RMS (and penalties), the proven bound on it over
-        all feasible profiles, and (bound - objective) / largest mean torque [-].
+        all feasible profiles, and (bound - objective) / largest mean torque [-].  For
+        ``mean_torque``, and where mu is NaN, of minus the weighted RMS under the torque limits.
     rms_lower_bound : float or None
         Proven lower bound on the weighted RMS at the torque limit, for the kinds that have one.
     mean_pitch : float or None
@@ -158,10 +161,10 @@ class Tradeoff:
     Attributes
     ----------
     points : tuple of Design
-        Ordered by mu; the designs for a given loss among them.
+        Ordered by falling mean torque; the designs for a given loss among them.
     knee : int
         Index of the knee in ``points``: the point farthest from the chord between the ends
-        of the curve, both axes scaled to the unit square.
+        of the curve, both axes scaled to the unit square.  It depends on where the curve ends.
     constant_pitch, constant_torque, constant_rms : ndarray (P,)
         The constant pitches, their mean torque and their weighted RMS.
     constant_pareto : bool ndarray (P,)

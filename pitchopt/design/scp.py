@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -70,6 +70,10 @@ class ScpSettings:
     finish: float = 1e-8
     max_steps: int = 40
     max_cells: int = 250
+
+    def rough(self) -> ScpSettings:
+        """Good enough to tell starts apart; the best of them is finished in full."""
+        return replace(self, tolerance=1e-5, finish=2e-6, max_cells=12)
 
 
 class _Merit:

@@ -28,6 +28,10 @@ __all__ = ["Found", "Start", "best_local", "climb", "rank", "search"]
 FloatArray = NDArray[np.float64]
 
 
+_NEAR = 3e-3  # share of torque within which a rough solution may still turn out the best
+_FINISHED = 2  # how many of them are finished
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Start:
     """A first profile and what it is called in results."""
@@ -68,41 +72,49 @@ def best_local(
     *,
     settings: ScpSettings | None = None,
     good_enough: Callable[[float], bool] | None = None,
+    finish: bool = True,
 ) -> Found:
     """Best of the local solutions from several starts.
+
+    Several starts are told apart by rough solves; the best few are finished in full.
 
     Parameters
     ----------
     good_enough : callable, optional
         Asked with the value after each start; True leaves the other starts out (a proven
         bound has been met).
+    finish : bool
+        False leaves the best as the rough solve found it, for a caller who goes on from there.
     """
     if not starts:
         raise InputError("starts: got none, expected at least one profile")
     subproblem = Subproblem(problem)
-    best: Found | None = None
+    full = settings or ScpSettings()
+    rough = full.rough()
     total = 0
-    for start in starts:
-        solution = solve_local(
-            problem, objective, start.profile, settings=settings, subproblem=subproblem
-        )
+
+    def run(profile: FloatArray, chosen: ScpSettings) -> tuple[float, LocalSolution]:
+        nonlocal total
+        solution = solve_local(problem, objective, profile, settings=chosen, subproblem=subproblem)
         total += solution.iterations
-        better = best is None or _rank(problem, objective, solution) > _rank(
-            problem, objective, best.solution
-        ) + 1e-9 * abs(best.solution.value)
-        if better:
-            best = Found(
-                solution=solution,
-                start=start.label,
-                mean_pitch=problem.curves.mean_pitch,
-                iterations=total,
-            )
-        assert best is not None
-        if good_enough is not None and good_enough(best.solution.value):
+        return _rank(problem, objective, solution), solution
+
+    alone = len(starts) == 1
+    found: list[tuple[float, LocalSolution, str]] = []
+    for start in starts:
+        value, solution = run(start.profile, full if alone and finish else rough)
+        found.append((value, solution, start.label))
+        if good_enough is not None and good_enough(value):
             break
-    assert best is not None
+    found.sort(key=lambda one: -one[0])
+    if finish and not alone:
+        scale = abs(float(found[0][1].loads.mean[0]))
+        near = [one for one in found if one[0] >= found[0][0] - _NEAR * scale][:_FINISHED]
+        finished = [(*run(solution.profile, full), label) for _, solution, label in near]
+        found = sorted(finished, key=lambda one: -one[0])
+    _, solution, label = found[0]
     return Found(
-        solution=best.solution, start=best.start, mean_pitch=best.mean_pitch, iterations=total
+        solution=solution, start=label, mean_pitch=problem.curves.mean_pitch, iterations=total
     )
 
 
@@ -114,6 +126,7 @@ def search(
     settings: ScpSettings | None = None,
     good_enough: Callable[[float], bool] | None = None,
     mean_tolerance: float = np.radians(0.01),
+    finish: bool = True,
 ) -> Found:
     """Best profile of a task from the given starts.
 
@@ -122,7 +135,12 @@ def search(
     """
     if not task.frozen:
         return best_local(
-            task.problem(), objective, starts, settings=settings, good_enough=good_enough
+            task.problem(),
+            objective,
+            starts,
+            settings=settings,
+            good_enough=good_enough,
+            finish=finish,
         )
     low, high = task.mean_range
     known: dict[float, Found] = {}

@@ -161,7 +161,11 @@ class DesignTask:
 
     def operating_at(self, pitch: float) -> DesignTask:
         """The task with curves around another pitch; itself where that makes no difference."""
-        return replace(self, operating_pitch=float(pitch)) if self.balanced else self
+        if not self.balanced or self.operating_pitch == pitch:
+            return self
+        other = replace(self, operating_pitch=float(pitch))
+        other.__dict__["mean_range"] = self.mean_range  # the same for all operating pitches
+        return other
 
     @cached_property
     def _operating(self) -> float | None:
@@ -200,15 +204,23 @@ class DesignTask:
     def mean_range(self) -> tuple[float, float]:
         """Constant pitches that the limits leave [rad].
 
-        With a frozen wake the stall limits move with the mean pitch; the range of the
-        actuator and of the model is narrowed to where a problem can be posed.
+        With induction the stall limits move with the mean pitch: the range is where no outboard
+        section stalls at any azimuth.
         """
         if not self.frozen and not self.balanced:
             return self.problem().constant_range
         low, high = self.limits.lower, self.limits.upper
-        span = getattr(self.model, "pitch_range", (low, high))
-        low, high = max(low, span[0]), min(high, span[1])
-        return (low, high) if self.balanced else _admitted(self, low, high)
+        attached = getattr(self.model, "attached_pitch", None)
+        if attached is None:
+            return _admitted(self, low, high)
+        first, last = attached(min(self.positions, 24))
+        if max(low, first) >= min(high, last):
+            raise InputError(
+                f"pitch limits: the range {np.degrees(low):g} to {np.degrees(high):g} deg leaves "
+                f"no constant pitch without stall ({np.degrees(first):.2f} to "
+                f"{np.degrees(last):.2f} deg)"
+            )
+        return max(low, first), min(high, last)
 
     def constant_loads(self, pitch: float) -> RotorLoads:
         """Loads of one constant pitch at the stations, the wake in equilibrium with it."""

@@ -140,7 +140,7 @@ def bound_on_torque(result: Tradeoff) -> Callable[[FloatArray], FloatArray] | No
 
     None where the points do not carry bounds that hold for all profiles.
     """
-    known = [p for p in result.points if p.upper_bound is not None]
+    known = [p for p in result.points if p.upper_bound is not None and np.isfinite(p.mu)]
     if not known or any(p.mean_pitch is not None for p in known):
         return None
     if result.settings.get("travel"):
