@@ -138,7 +138,7 @@ def sample_points(
         Where samples are to be dense [rad]; a sample itself where a row's interval holds it.
     count : int
         Samples per row without a centre; else samples within 9 degrees of it, followed by
-        others 0.75 and then 2 degrees apart.
+        others 0.375 and then 2 degrees apart.
 
     Returns
     -------
@@ -152,7 +152,7 @@ def sample_points(
     offsets = np.concatenate(
         [
             np.deg2rad(9.0) * np.arange(1, half + 1) / half,
-            np.deg2rad(np.arange(9.75, 20.1, 0.75)),
+            np.deg2rad(np.arange(9.375, 20.1, 0.375)),
             np.deg2rad(np.arange(22.0, 180.0, 2.0)),
         ]
     )

@@ -227,13 +227,22 @@ class BladeCurves:
         return np.asarray((self.beta - base + span * np.arange(self.stations)[:, None]).ravel())
 
     def segment(self, profile: ArrayLike) -> NDArray[np.intp]:
-        """Segment that holds each station's pitch, shape (N,); ends count as inside."""
+        """Segment that holds each station's pitch; ends count as inside.
+
+        Parameters
+        ----------
+        profile : array (N,) or (N, P)
+            One pitch per station, or several.
+        """
         beta = np.asarray(profile, dtype=np.float64)
         n, k = self.beta.shape
+        column = (n,) + (1,) * (beta.ndim - 1)
+        low = self.lower.reshape(column)
+        row = np.arange(n).reshape(column)
         span = float(np.max(self.beta[:, -1] - self.beta[:, 0])) + 1.0
-        shifted = np.clip(beta - self.lower, 0.0, self.upper - self.lower)
-        flat = np.searchsorted(self._keys, shifted + span * np.arange(n), side="right") - 1
-        return np.asarray(np.clip(flat - k * np.arange(n), 0, k - 2))
+        shifted = np.clip(beta - low, 0.0, (self.upper - self.lower).reshape(column))
+        flat = np.searchsorted(self._keys, shifted + span * row, side="right") - 1
+        return np.asarray(np.clip(flat - k * row, 0, k - 2))
 
     def contributions(self, profile: ArrayLike) -> FloatArray:
         """Five loads of the blade at each station, without the rate terms, shape (5, N).

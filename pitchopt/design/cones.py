@@ -1,10 +1,10 @@
 """A cone program collected block by block and handed to Clarabel.
 
-    minimise  cost . x   subject to   b - A x in K,   K a product of zero, non-negative and
-                                                      second-order cones in row order.
+    minimise  x' P x / 2 + cost . x   subject to   b - A x in K,
 
-The dual z that comes back satisfies cost + A' z = 0 and z in the dual cone, so that
-cost . x + z . (A x - b) is a lower bound on the minimum for every x.
+K a product of zero, non-negative and second-order cones in row order, P diagonal and zero
+unless set.  The dual z that comes back satisfies P x + cost + A' z = 0 and lies in the dual
+cone; for P = 0, cost . x + z . (A x - b) is a lower bound on the minimum for every x.
 """
 
 from __future__ import annotations
@@ -45,6 +45,7 @@ class ConeProgram:
         self.at: dict[str, slice] = {}
         self.width = 0
         self.height = 0
+        self.quadratic: FloatArray | None = None  # diagonal of P on the first variables
         self._costs: list[FloatArray] = []
         self._rows: list[NDArray[np.intp]] = []
         self._cols: list[NDArray[np.intp]] = []
@@ -93,6 +94,14 @@ class ConeProgram:
         self.height += rhs.size
         return slice(start, self.height)
 
+    def _diagonal(self, unit: float) -> Any:
+        from scipy import sparse
+
+        if self.quadratic is None:
+            return sparse.csc_matrix((self.width, self.width))
+        rest = np.zeros(self.width - self.quadratic.size)
+        return sparse.diags_array(np.concatenate([self.quadratic, rest]) / unit, format="csc")
+
     def solve(self, *, reduced: bool = False) -> ConeSolution:
         """Solve once.
 
@@ -127,7 +136,7 @@ class ConeProgram:
         cost = self.cost
         unit = float(np.max(np.abs(cost))) or 1.0
         result = clarabel.DefaultSolver(
-            sparse.csc_matrix((self.width, self.width)),
+            self._diagonal(unit),
             cost / unit,
             matrix,
             np.concatenate(self._rhs),

@@ -75,6 +75,7 @@ class LinearModel:
         segments: IntArray | None,
         low: FloatArray,
         high: FloatArray,
+        chord: float = 0.0,
     ) -> None:
         curves = problem.curves
         rows = np.arange(curves.stations)
@@ -86,6 +87,9 @@ class LinearModel:
         self.slopes = curves.slopes[:, rows, self.segment]
         offset = point - curves.beta[rows, self.segment]
         self.blade_static = curves.loads[:, rows, self.segment] + self.slopes * offset
+        self.curvature: FloatArray | None = None
+        if chord > 0:
+            self._bend(chord)
         self.blade = self.blade_static + curves.rates * curves.profile_rate(point)
         self.rotor = self.blade[:4].reshape(4, curves.blades, curves.positions).sum(axis=1)
         self.half = 0.5 / curves.spacing
@@ -93,6 +97,19 @@ class LinearModel:
         folded = (np.roll(curves.rates[0], 1) - np.roll(curves.rates[0], -1)) * self.half
         self.torque_rate = folded / curves.positions  # d(mean torque)/d beta_n by pitch rate
         self.torque_gradient = self.slopes[0] / curves.positions + self.torque_rate
+
+    def _bend(self, chord: float) -> None:
+        """Slopes and curvature of the loads over a chord around the point, in place of kinks."""
+        curves, point = self.curves, self.point
+        left = np.maximum(point - chord, curves.lower)
+        right = np.minimum(point + chord, curves.upper)
+        before, after = np.maximum(point - left, 1e-12), np.maximum(right - point, 1e-12)
+        down = (self.blade_static - curves.contributions(left)) / before
+        up = (curves.contributions(right) - self.blade_static) / after
+        down = np.where(before > 1e-9, down, up)
+        up = np.where(after > 1e-9, up, down)
+        self.curvature = 2.0 * (up - down) / (before + after)
+        self.slopes = (before * down + after * up) / (before + after)
 
     def unit(self, load: int, tight: bool) -> float:
         """Size of a load in the box, which scales its cone.
@@ -132,6 +149,8 @@ class Subproblem:
         penalty: tuple[float, float] = (0.0, 0.0),
         segments: IntArray | None = None,
         tight: bool = False,
+        chord: float = 0.0,
+        multipliers: Multipliers | None = None,
     ) -> SubproblemSolution:
         """Solve around ``point`` inside the box.
 
@@ -149,11 +168,23 @@ class Subproblem:
             the loads are modelled by the segments that hold ``point``, torque by all in reach.
         tight : bool
             Scale by the loads' own size and accept less accuracy: the fallback.
+        chord : float
+            Half-width [rad] over which slopes are taken instead of on segments; zero for
+            segments.
+        multipliers : Multipliers, optional
+            With a chord: the curvature of the loads, weighted by these, enters the objective
+            where it is convex, as in sequential quadratic programming.
         """
         curves = self.problem.curves
         low, high = np.maximum(low, curves.lower), np.minimum(high, curves.upper)
-        model = LinearModel(self.problem, point, segments, low, high)
+        model = LinearModel(self.problem, point, segments, low, high, chord)
         program = ConeProgram()
+        if model.curvature is not None and multipliers is not None:
+            y = np.concatenate(
+                [np.tile(multipliers.loads, (1, curves.blades)), multipliers.blade[None]]
+            )
+            bend = np.maximum(np.sum(y * model.curvature, axis=0), 0.0)
+            program.quadratic = bend * model.radius**2
         blocks = self._assemble(program, model, objective, penalty, tight)
         solution = program.solve(reduced=tight)
         return self._read(program, model, objective, blocks, solution)
@@ -323,6 +354,8 @@ class Subproblem:
             for name, rows in blocks.single.items()
         }
         value = objective.torque * model.torque - float(program.cost @ x)
+        if program.quadratic is not None:
+            value -= 0.5 * float(program.quadratic @ x[:n] ** 2)
         if objective.travel > 0 and not solution.solved:
             value = -np.inf
         return SubproblemSolution(

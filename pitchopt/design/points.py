@@ -181,7 +181,7 @@ class PointFinder:
         """Hull relaxation of a problem."""
         return relax(self.task.problem(mean), objective, profile=profile)
 
-    def solve(self, objective: Objective, starts: Sequence[Start], *, finish: bool = True) -> Found:
+    def solve(self, objective: Objective, starts: Sequence[Start]) -> Found:
         """Search from the starts, the first proven optimum ending it."""
         good_enough = None
         if self.task.problem(self.reference.mean_pitch).constant_only:
@@ -194,7 +194,7 @@ class PointFinder:
                 def good_enough(value: float) -> bool:
                     return value >= limit
 
-        return search(self.task, objective, starts, good_enough=good_enough, finish=finish)
+        return search(self.task, objective, starts, good_enough=good_enough)
 
     # ---- points ------------------------------------------------------------------------------
 
@@ -233,13 +233,8 @@ class PointFinder:
             self._improve(goal, self._loss_starts(goal, goals))
             goals.append(goal)
             self.tick(goal.label)
-        self._exchange(goals)
-        for goal in goals:
-            assert goal.found is not None
-            start = Start(label=goal.found.start, profile=goal.found.solution.profile)
-            self._improve(goal, [start], finish=True)
         for _ in range(3):
-            if not self._exchange(goals, finish=True):
+            if not self._exchange(goals):
                 break
         points = []
         for goal in goals:
@@ -249,13 +244,12 @@ class PointFinder:
                 self.tick("certificates")
         return points
 
-    def _improve(self, goal: _Goal, starts: Sequence[Start], *, finish: bool = False) -> None:
+    def _improve(self, goal: _Goal, starts: Sequence[Start]) -> None:
         """Search from the starts and keep the better of the old and the new profile."""
         began = time.perf_counter()
-        found = self.solve(goal.objective, starts, finish=finish)
+        found = self.solve(goal.objective, starts)
         goal.seconds += time.perf_counter() - began
-        better = goal.found is None or self._rank(goal, found) > self._rank(goal, goal.found)
-        if better or finish:  # a finished profile is never worse, and its status is the full one
+        if goal.found is None or self._rank(goal, found) > self._rank(goal, goal.found):
             goal.found = found
 
     def _rank(self, goal: _Goal, found: Found) -> float:
@@ -267,7 +261,7 @@ class PointFinder:
         value = problem.value_of(solution.loads, problem.travel(solution.profile), objective)
         return rank(problem, objective, solution.loads, value)
 
-    def _exchange(self, goals: Sequence[_Goal], *, finish: bool = False) -> bool:
+    def _exchange(self, goals: Sequence[_Goal]) -> bool:
         """Start again wherever another goal's profile is the better one; True if any was."""
         changed = False
         threshold = 1e-7 * self.power.mean_torque
@@ -282,7 +276,7 @@ class PointFinder:
             if other is goal or other.found is None or max(ranks) <= own + threshold * scale:
                 continue
             start = Start(label=other.label, profile=other.found.solution.profile)
-            self._improve(goal, [start], finish=finish)
+            self._improve(goal, [start])
             changed = True
         return changed
 
@@ -323,7 +317,7 @@ class PointFinder:
         """Least weighted RMS for at most this loss of torque against the power maximum."""
         goal = _Goal("max_power_loss", loss, self._loss_objective(loss))
         began = time.perf_counter()
-        self._improve(goal, self.first_starts(goal.objective), finish=True)
+        self._improve(goal, self.first_starts(goal.objective))
         self.tick(goal.label)
         return self._finished_goal(goal, began)
 

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from pitchopt.aero.curves import BladeCurves, RotorLoads
 from pitchopt.checks import finite_number, whole_number
 from pitchopt.design.limits import PitchLimits
+from pitchopt.design.smoothing import smoothed
 from pitchopt.errors import InputError
 
 __all__ = ["DesignProblem", "LoadWeights", "Objective"]
@@ -176,6 +177,17 @@ class DesignProblem:
     def step(self) -> float:
         """Largest change of pitch between neighbouring stations [rad]."""
         return self.limits.step(self.curves.stations)
+
+    @cached_property
+    def torque_scale(self) -> float:
+        """Mean over the stations of the largest torque of all blades [N m]."""
+        peak = np.abs(self.curves.torque).max(axis=1)
+        return float(peak.mean()) * self.curves.blades or 1.0
+
+    @cached_property
+    def softened(self) -> DesignProblem:
+        """The problem on smoothed curves, to tell starts apart by."""
+        return self.with_curves(smoothed(self.curves))
 
     @cached_property
     def constant_only(self) -> bool:

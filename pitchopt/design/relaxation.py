@@ -76,7 +76,7 @@ def relax(
     if profile is not None:
         j = curves.segment(profile)
         active[rows, j] = active[rows, j + 1] = True
-    scale = float(np.abs(curves.torque).max(axis=1).sum()) / curves.positions
+    scale = problem.torque_scale
     best: Relaxation | None = None
     for count in range(1, rounds + 1):
         solved = _solve_hull(problem, objective, active, scale)

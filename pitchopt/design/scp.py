@@ -21,7 +21,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,6 +63,9 @@ class ScpSettings:
         cells together).
     max_steps, max_cells : int
         Limits on the subproblems of the two phases.
+    smooth : bool
+        Take slopes over a fifth of the trust region and add the loads' curvature, which needs
+        far fewer steps than segments do but cannot settle on them.
     """
 
     radius: float = np.radians(3.0)
@@ -70,10 +73,15 @@ class ScpSettings:
     finish: float = 1e-8
     max_steps: int = 40
     max_cells: int = 250
+    smooth: bool = False
 
     def rough(self) -> ScpSettings:
         """Good enough to tell starts apart; the best of them is finished in full."""
-        return replace(self, tolerance=1e-5, finish=2e-6, max_cells=12)
+        return replace(self, tolerance=5e-4, max_steps=15, max_cells=0, smooth=True)
+
+    def finishing(self) -> ScpSettings:
+        """From the end of a rough solve."""
+        return replace(self, radius=min(self.radius, float(np.radians(0.5))))
 
 
 class _Merit:
@@ -137,6 +145,10 @@ class _Run:
 
                 self.fallback = ConvexSubproblem(self.problem, self.objective)
             solver = self.subproblem if attempt < 2 or self.fallback is None else self.fallback
+            options: dict[str, Any] = {}
+            if self.settings.smooth and segments is None and isinstance(solver, Subproblem):
+                options["chord"] = max(0.2 * float(np.max(high - low)) / 2, 1e-4)
+                options["multipliers"] = None if self.last is None else self.last.multipliers
             out = solver.solve(
                 point,
                 self.objective,
@@ -145,6 +157,7 @@ class _Run:
                 penalty=self.merit.penalty,
                 segments=segments,
                 tight=attempt == 1,
+                **options,
             )
             self.solver_seconds += out.solve_seconds
             if out.solved:

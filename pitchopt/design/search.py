@@ -28,8 +28,9 @@ __all__ = ["Found", "Start", "best_local", "climb", "rank", "search"]
 FloatArray = NDArray[np.float64]
 
 
-_NEAR = 3e-3  # share of torque within which a rough solution may still turn out the best
-_FINISHED = 2  # how many of them are finished
+_ROUGH = 1e-4  # share of torque that finishing a rough profile may still gain
+_NEAR = 2e-3  # share of torque by which a rough profile may trail the best and still be finished
+_FINISHED = 2  # how many of the rough profiles are finished
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,50 +73,61 @@ def best_local(
     *,
     settings: ScpSettings | None = None,
     good_enough: Callable[[float], bool] | None = None,
-    finish: bool = True,
 ) -> Found:
     """Best of the local solutions from several starts.
 
-    Several starts are told apart by rough solves; the best few are finished in full.
+    Several starts are told apart by rough solves on smoothed curves; the best few are finished
+    on the curves themselves.
 
     Parameters
     ----------
     good_enough : callable, optional
         Asked with the value after each start; True leaves the other starts out (a proven
         bound has been met).
-    finish : bool
-        False leaves the best as the rough solve found it, for a caller who goes on from there.
     """
     if not starts:
         raise InputError("starts: got none, expected at least one profile")
     subproblem = Subproblem(problem)
     full = settings or ScpSettings()
-    rough = full.rough()
     total = 0
 
-    def run(profile: FloatArray, chosen: ScpSettings) -> tuple[float, LocalSolution]:
+    def finished(profile: FloatArray, chosen: ScpSettings) -> tuple[float, LocalSolution]:
         nonlocal total
         solution = solve_local(problem, objective, profile, settings=chosen, subproblem=subproblem)
         total += solution.iterations
         return _rank(problem, objective, solution), solution
 
-    alone = len(starts) == 1
-    found: list[tuple[float, LocalSolution, str]] = []
+    def result(solution: LocalSolution, label: str) -> Found:
+        mean = problem.curves.mean_pitch
+        return Found(solution=solution, start=label, mean_pitch=mean, iterations=total)
+
+    if len(starts) == 1 or problem.constant_only:
+        return result(finished(starts[0].profile, full)[1], starts[0].label)
+    soft = problem.softened
+    screen = Subproblem(soft)
+    found: list[tuple[float, FloatArray, str]] = []
     for start in starts:
-        value, solution = run(start.profile, full if alone and finish else rough)
-        found.append((value, solution, start.label))
-        if good_enough is not None and good_enough(value):
-            break
+        rough = solve_local(
+            soft, objective, start.profile, settings=full.rough(), subproblem=screen
+        )
+        total += rough.iterations
+        profile = problem.repaired(rough.profile)
+        loads = problem.curves.evaluate(profile)
+        value = problem.value_of(loads, problem.travel(profile), objective)
+        found.append((rank(problem, objective, loads, value), profile, start.label))
+        if good_enough is not None and good_enough(value + _ROUGH * problem.torque_scale):
+            value, solution = finished(profile, full.finishing())
+            if good_enough(value):
+                return result(solution, start.label)
     found.sort(key=lambda one: -one[0])
-    if finish and not alone:
-        scale = abs(float(found[0][1].loads.mean[0]))
-        near = [one for one in found if one[0] >= found[0][0] - _NEAR * scale][:_FINISHED]
-        finished = [(*run(solution.profile, full), label) for _, solution, label in near]
-        found = sorted(finished, key=lambda one: -one[0])
-    _, solution, label = found[0]
-    return Found(
-        solution=solution, start=label, mean_pitch=problem.curves.mean_pitch, iterations=total
-    )
+    near = found[0][0] - _NEAR * problem.torque_scale
+    ends = [
+        (*finished(profile, full.finishing()), label)
+        for value, profile, label in found[:_FINISHED]
+        if value >= near
+    ]
+    _, solution, label = max(ends, key=lambda one: one[0])
+    return result(solution, label)
 
 
 def search(
@@ -126,7 +138,6 @@ def search(
     settings: ScpSettings | None = None,
     good_enough: Callable[[float], bool] | None = None,
     mean_tolerance: float = np.radians(0.01),
-    finish: bool = True,
 ) -> Found:
     """Best profile of a task from the given starts.
 
@@ -140,7 +151,6 @@ def search(
             starts,
             settings=settings,
             good_enough=good_enough,
-            finish=finish,
         )
     low, high = task.mean_range
     known: dict[float, Found] = {}

@@ -89,7 +89,7 @@ def test_quick_run(script, folder):
         assert set(figures) <= set(found[measurement])
     for line in lines:
         for name in ("ratio", "seconds", "peak_memory_mb"):
-            if name in line:
+            if name in line and line["measurement"] != "import":  # a difference, may be noise
                 assert line[name] > 0
         for name, value in line.items():
             assert not isinstance(value, float) or math.isfinite(value), name
