@@ -15,9 +15,9 @@ names the fastest in total for each case.  A run that meets its time limit makes
 lower bound.  The starts' own cost (best constant pitch, power maximum) is on neither side.
 
 Ours tells the starts apart by rough solves on smoothed curves and finishes the best two on the
-curves themselves; the smoothing is counted.  ``objective_lead_percent`` is (ours - IPOPT's) / max torque on the
-piecewise-linear curves, ``objective_lead_on_own_curves_percent`` the same with IPOPT's profile
-scored on its own smooth curves: the difference is what the interpolant costs.
+curves themselves; the smoothing is counted.  ``objective_lead_percent`` is (ours - IPOPT's) /
+max torque on the piecewise-linear curves, ``objective_lead_on_own_curves_percent`` the same with
+IPOPT's profile scored on its own smooth curves: the difference is what the interpolant costs.
 
     python benchmarks/scp_vs_ipopt.py [--quick] [--out FILE.json]
 """

@@ -164,7 +164,8 @@ class DesignTask:
         if not self.balanced or self.operating_pitch == pitch:
             return self
         other = replace(self, operating_pitch=float(pitch))
-        other.__dict__["mean_range"] = self.mean_range  # the same for all operating pitches
+        # the range and the problems by pitch are the same for all operating pitches
+        other.__dict__.update(mean_range=self.mean_range, _problems=self._problems)
         return other
 
     @cached_property
@@ -189,14 +190,15 @@ class DesignTask:
         """
         if self.frozen and mean_pitch is None:
             raise InputError("mean_pitch: needed for a frozen wake, got None")
-        key = float(mean_pitch) if self.frozen and mean_pitch is not None else 0.0
+        at = mean_pitch if self.frozen else self._operating
+        key = 0.0 if at is None else float(at)
         if key not in self._problems:
             if len(self._problems) >= 64:
                 self._problems.pop(next(iter(self._problems)))
-            at = mean_pitch if self.frozen else self._operating
-            curves = self.model.curves(self.positions, at)
             self._problems[key] = DesignProblem(
-                curves=curves, limits=self.limits, harmonics=self.harmonics
+                curves=self.model.curves(self.positions, at),
+                limits=self.limits,
+                harmonics=self.harmonics,
             )
         return self._problems[key]
 
