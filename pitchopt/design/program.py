@@ -39,6 +39,9 @@ class ConvexSubproblem:
         Further convex constraints on the profile.
     lines : int
         Torque lines per station that the program has room for.
+    sparse : bool
+        False writes the mean of each load out, as one would at first: the same problem with
+        full rows, for comparison.
 
     Raises
     ------
@@ -53,6 +56,7 @@ class ConvexSubproblem:
         *,
         constraints: UserConstraints | None = None,
         lines: int = 32,
+        sparse: bool = True,
     ) -> None:
         import cvxpy as cp
 
@@ -103,9 +107,11 @@ class ConvexSubproblem:
                 blade = blade + cp.multiply(self.rate_share[q], following - previous)
             load = blade if q == 4 else sum(blade[b * m : (b + 1) * m] for b in range(blades))
             size = n if q == 4 else m
-            deviation = self.offset[q] + load
+            value = self.offset[q] + load
+            # a free variable is the mean at its best, and keeps the rows of the cone sparse
+            mean = cp.Variable() if sparse else cp.sum(value) / size
             rms[q] = cp.Variable(nonneg=True)
-            self._cones[q] = cp.SOC(np.sqrt(size) * rms[q], deviation - cp.sum(deviation) / size)
+            self._cones[q] = cp.SOC(np.sqrt(size) * rms[q], value - mean)
             rules.append(self._cones[q])
             if lam[q] > 0:
                 cost = cost + lam[q] * (self.units[q] * rms[q])
