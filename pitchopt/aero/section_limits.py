@@ -1,4 +1,4 @@
-"""Angle-of-attack limits between which a section's polar is fitted, and what they mean in pitch.
+"""Angle-of-attack limits between which a section's polar is fitted.
 
 A section that works in attached flow at the mean pitch is fitted from a lower limit to its stall
 angle.  One that does not (a cylinder, a stalled root, the tip itself) has no limits and stays
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pitchopt.aero.polars import Polar
 from pitchopt.checks import FloatArray
 
-__all__ = ["MARGIN", "crossings", "section_limits"]
+__all__ = ["MARGIN", "section_limits"]
 
 MARGIN = float(np.deg2rad(0.5))  # a fitted section keeps this much room at the mean pitch
 _ROOM = float(np.deg2rad(6.0))  # fits reach this far below the angles at the mean pitch, ...
@@ -68,22 +68,3 @@ def section_limits(
                 continue
         result.append((below, above))
     return tuple(result)
-
-
-def crossings(
-    pitch: FloatArray, alpha: FloatArray, at: int, bounds: tuple[float, float]
-) -> tuple[float, float]:
-    """Pitches around entry `at` where alpha (G,), falling with pitch, leaves its bounds."""
-    left = right = at
-    while left > 0 and alpha[left - 1] <= bounds[1]:
-        left -= 1
-    while right < pitch.size - 1 and alpha[right + 1] >= bounds[0]:
-        right += 1
-    low, high = -np.inf, np.inf
-    if left > 0:
-        share = (bounds[1] - alpha[left]) / (alpha[left - 1] - alpha[left])
-        low = float(pitch[left] + share * (pitch[left - 1] - pitch[left]))
-    if right < pitch.size - 1:
-        share = (alpha[right] - bounds[0]) / (alpha[right] - alpha[right + 1])
-        high = float(pitch[right] + share * (pitch[right + 1] - pitch[right]))
-    return low, high

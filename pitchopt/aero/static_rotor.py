@@ -34,7 +34,15 @@ from pitchopt.aero.flow import Flow, balanced_flow, free_flow, loss_constants
 from pitchopt.aero.induction import Momentum, SectionPolars
 from pitchopt.aero.loads import BladeLoads, load_map
 from pitchopt.aero.rotor import Inflow, Rotor
-from pitchopt.aero.section_limits import MARGIN, crossings, section_limits
+from pitchopt.aero.section_limits import section_limits
+from pitchopt.aero.stall import (
+    StallLimits,
+    attached_intervals,
+    check_alpha_limits,
+    check_coverage,
+    longest_interval,
+    stall_limits,
+)
 from pitchopt.checks import FloatArray, finite_number, whole_number
 from pitchopt.errors import InputError
 
@@ -42,7 +50,6 @@ __all__ = ["FrozenErrors", "StaticRotor"]
 
 _MODES = ("none", "frozen", "equilibrium")
 _RATE_STEP = 0.02  # [rad/s] for the central difference in pitch rate: as real rates are
-_FULL_TURN = 2 * np.pi - 1e-6
 _MIN_RANGE = 1e-6  # [rad]
 _CHUNK = 40_000  # sections solved at a time
 _REACH = float(np.deg2rad(25.0))  # limits are looked for this far around the mean pitch
@@ -152,27 +159,7 @@ class StaticRotor:
         set_(self, "alpha_limits", limits)
         for name, least in (("segments", 1), ("samples", 2)):
             set_(self, name, whole_number(name, getattr(self, name), at_least=least))
-        self._check_alpha_limits()
-
-    def _check_alpha_limits(self) -> None:
-        """The limits asked for lie inside every lifting section's table, in the right order."""
-        low, high = self.alpha_limits
-        for polar in self.rotor.blade.polars:
-            if not polar.lifting:
-                continue
-            first, last = float(polar.alpha[0]), float(polar.alpha[-1])
-            for i, value in enumerate((low, high)):
-                if value is not None and not first <= value <= last:
-                    raise InputError(
-                        f"alpha_limits[{i}]: got {np.rad2deg(value):g} deg, polar "
-                        f"{polar.name!r} covers {np.rad2deg(first):g} to {np.rad2deg(last):g} deg"
-                    )
-            top = polar.stall_angle() if high is None else high
-            if low is not None and low >= top:
-                raise InputError(
-                    f"alpha_limits[0]: got {np.rad2deg(low):g} deg, expected less than the upper "
-                    f"limit of polar {polar.name!r}, {np.rad2deg(top):g} deg"
-                )
+        check_alpha_limits(self.rotor.blade.polars, self.alpha_limits)
 
     # ---- polars and their fits ---------------------------------------------------------
 
@@ -244,22 +231,8 @@ class StaticRotor:
             radial_moment=self.radial_moment,
         )
         alpha = flow.phi - blade.twist - pitch[..., None]
-        self._check_coverage(alpha)
+        check_coverage(blade.polars, alpha)
         return mapping.apply(*self._polars.coefficients(alpha))
-
-    def _check_coverage(self, alpha: FloatArray) -> None:
-        """Angles of attack (..., E) stay inside the tables that do not go all round."""
-        for e, polar in enumerate(self.rotor.blade.polars):
-            first, last = float(polar.alpha[0]), float(polar.alpha[-1])
-            if last - first >= _FULL_TURN:
-                continue
-            least, most = float(alpha[..., e].min()), float(alpha[..., e].max())
-            if least < first - 1e-9 or most > last + 1e-9:
-                raise InputError(
-                    f"polar {polar.name!r}: covers {np.rad2deg(first):g} to {np.rad2deg(last):g} "
-                    f"deg, the section needs {np.rad2deg(least):.2f} to {np.rad2deg(most):.2f} "
-                    "deg; extend the table or narrow the pitch range"
-                )
 
     def _mean(self, mean_pitch: float | None) -> float:
         if mean_pitch is None:
@@ -465,14 +438,7 @@ class StaticRotor:
             flow = self._flow(psi[rows, None], beta, np.zeros(()), reference)
             alpha[rows] = flow.phi - self.rotor.blade.twist - beta[..., None]
         at = int(np.searchsorted(grid, mean))
-        low = np.full(psi.size, -np.inf)
-        high = np.full(psi.size, np.inf)
-        for e, above, below in zip(*self._stall_limits(), strict=True):
-            for n in range(psi.size):
-                left, right = crossings(grid, alpha[n, :, e], at, (below, above))
-                low[n] = max(low[n], left)
-                high[n] = min(high[n], right)
-        return low, high
+        return attached_intervals(grid, alpha, at, self._stall_limits())
 
     def attached_pitch(self, positions: int = 24) -> tuple[float, float]:
         """Constant pitches at which no outboard section stalls at any azimuth.
@@ -492,52 +458,20 @@ class StaticRotor:
             If every constant pitch stalls somewhere.
         """
         psi = self._stations(positions)
-        picked, above, below = self._stall_limits()
+        limits = self._stall_limits()
 
         def attached(pitch: FloatArray) -> NDArray[np.bool_]:
             beta = np.broadcast_to(pitch, (psi.size, pitch.size))
             flow = self._flow(psi[:, None], beta, np.zeros(()), beta)
-            alpha = (flow.phi - self.rotor.blade.twist - beta[..., None])[..., picked]
-            inside = (alpha <= above) & (alpha >= below)
+            alpha = (flow.phi - self.rotor.blade.twist - beta[..., None])[..., limits.sections]
+            inside = (alpha <= limits.above) & (alpha >= limits.below)
             return np.asarray(inside.all(axis=(0, 2)))
 
-        low, high = self.pitch_range
-        grid = np.linspace(low, high, max(int(np.ceil((high - low) / np.deg2rad(1.0))), 2) + 1)
-        good = attached(grid)
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], good, [False]])))
-        if edges.size == 0:
-            raise InputError(
-                "alpha_limits, pitch_range: every constant pitch from "
-                f"{np.rad2deg(low):.2f} to {np.rad2deg(high):.2f} deg stalls an outboard section "
-                "at some azimuth; widen the pitch range or check wind and rotor speed"
-            )
-        starts, ends = edges[::2], edges[1::2] - 1
-        run = int(np.argmax(ends - starts))
-        result = []
-        for inside, step in ((int(starts[run]), -1), (int(ends[run]), 1)):
-            good_end, bad_end = float(grid[inside]), float(grid[inside])
-            if 0 <= inside + step < grid.size:
-                bad_end = float(grid[inside + step])
-            while abs(bad_end - good_end) > np.deg2rad(0.01):
-                middle = 0.5 * (good_end + bad_end)
-                if attached(np.array([middle]))[0]:
-                    good_end = middle
-                else:
-                    bad_end = middle
-            result.append(good_end)
-        return result[0], result[1]
+        return longest_interval(attached, *self.pitch_range)
 
-    def _stall_limits(self) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
-        """Restricting sections and their largest and least angles of attack [rad]."""
-        polars = self.rotor.blade.polars
-        picked = np.array(
-            [e for e in np.flatnonzero(self._restricting() & ~self._blocked) if polars[e].lifting],
-            dtype=np.intp,
-        )
-        low, high = self.alpha_limits
-        above = [polars[e].stall_angle() if high is None else high for e in picked]
-        below = [polars[e].attached_range()[0] if low is None else low for e in picked]
-        return picked, np.array(above) - MARGIN, np.array(below) + MARGIN
+    def _stall_limits(self) -> StallLimits:
+        restricting = self._restricting() & ~self._blocked
+        return stall_limits(self.rotor.blade.polars, self.alpha_limits, restricting)
 
     def pitch_limits(
         self, azimuth: ArrayLike, mean_pitch: float | None = None

@@ -8,6 +8,7 @@ complaint is one line, ``field: got X, expected Y``.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,16 +33,16 @@ def scalar(text: str) -> Any:
     return {"true": True, "yes": True, "false": False, "no": False}.get(text.lower(), text)
 
 
-class Kind:
+class Kind(ABC):
     """What a value may be."""
 
+    @abstractmethod
     def allowed(self) -> str:
         """What is allowed, in words."""
-        raise NotImplementedError
 
+    @abstractmethod
     def read(self, name: str, value: Any) -> Any:
         """Inner value of a plain one."""
-        raise NotImplementedError
 
     def check(self, name: str, value: Any) -> Any:
         """The inner value itself, if it is allowed."""
