@@ -231,6 +231,7 @@ class PointFinder:
         for loss in losses:
             goal = _Goal("max_power_loss", loss, self._loss_objective(loss))
             self._improve(goal, self._loss_starts(goal, goals))
+            self._use_allowance(goal)
             goals.append(goal)
             self.tick(goal.label)
         for _ in range(3):
@@ -292,6 +293,18 @@ class PointFinder:
                 self.task, TORQUE_ALONE, better, "power_max", 0.0, None, time.perf_counter(), None
             )
 
+    def _use_allowance(self, goal: _Goal) -> None:
+        """Where a local optimum leaves torque unused, go on from the best that uses it up."""
+        limit = goal.objective.torque_min
+        if goal.found is None or goal.found.solution.status is Status.SOLVER_FAILED:
+            return
+        unused = float(goal.found.solution.loads.mean[0]) - limit
+        if unused < 0.05 * (self.power.mean_torque - limit):
+            return
+        start = Start(label=goal.found.start, profile=goal.found.solution.profile)
+        held = self.solve(self.least_objective(limit, limit), [start])
+        self._improve(goal, [Start(label=f"{start.label}, held", profile=held.solution.profile)])
+
     def _loss_objective(self, loss: float) -> Objective:
         return self.least_objective((1.0 - loss) * self.power.mean_torque)
 
@@ -318,6 +331,7 @@ class PointFinder:
         goal = _Goal("max_power_loss", loss, self._loss_objective(loss))
         began = time.perf_counter()
         self._improve(goal, self.first_starts(goal.objective))
+        self._use_allowance(goal)
         self.tick(goal.label)
         return self._finished_goal(goal, began)
 
