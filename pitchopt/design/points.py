@@ -34,10 +34,10 @@ FloatArray = NDArray[np.float64]
 _CLOSE = 2e-6  # bound met to this share of torque: no further start can gain
 TORQUE_ALONE = Objective(torque=1.0, rms=(0.0, 0.0, 0.0, 0.0, 0.0))
 _WAVE = np.radians(0.4)
-_TOP_PRICE = 100.0  # price given to a torque limit without a multiplier, in torque over RMS
+_TOP_PRICE = 100.0  # in torque over RMS; a limit with a higher one counts as not binding
 
 
-@dataclass(kw_only=False, eq=False)
+@dataclass(eq=False)
 class _Goal:
     """One point to be found, and the best profile for it so far."""
 
