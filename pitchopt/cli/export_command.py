@@ -61,10 +61,9 @@ series through the stations, which may leave range and rate between stations."""
 @click.option(
     "--step-deg",
     type=Option("deg", positive(180.0, "deg")),
-    default=5.0,
-    show_default=True,
+    default=None,
     metavar="DEG",
-    help="aerodyn: azimuth from row to row.",
+    help="aerodyn: azimuth from row to row.  [default: the profile's stations]",
 )
 @click.option(
     "--revolutions",
@@ -192,7 +191,7 @@ def _contents(
         profile,
         rotor_speed=speed,
         blades=source.blades,
-        step=float(np.deg2rad(options["step_deg"])),
+        step=None if options["step_deg"] is None else float(np.deg2rad(options["step_deg"])),
         revolutions=options["revolutions"],
         interpolation=options["interpolation"],
     )

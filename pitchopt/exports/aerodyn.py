@@ -92,7 +92,7 @@ def blade_motion(
     *,
     rotor_speed: float,
     blades: int = 3,
-    step: float = float(np.deg2rad(5.0)),
+    step: float | None = None,
     revolutions: int = 4,
     interpolation: Interpolation = "linear",
 ) -> BladeMotion:
@@ -106,9 +106,9 @@ def blade_motion(
         [rad/s], positive.
     blades : int
         Number of blades B.
-    step : float
-        Azimuth from row to row [rad]; choose the time step of the driver so that its steps
-        coincide with the rows.
+    step : float, optional
+        Azimuth from row to row [rad]; the profile's own stations by default.  Choose the time
+        step of the driver so that its steps coincide with the rows.
     revolutions : int
         Revolutions that the files cover; the driver holds the last row afterwards.
     interpolation : {"linear", "fourier"}
@@ -125,6 +125,8 @@ def blade_motion(
         raise InputError(f"profile: got shape {beta.shape}, expected {psi.shape} as azimuth has")
     if not np.isfinite(rotor_speed) or rotor_speed <= 0:
         raise InputError(f"rotor_speed: got {rotor_speed} rad/s, expected more than 0")
+    if step is None:
+        step = min(2 * np.pi / psi.size, np.pi)
     if not np.isfinite(step) or not 0 < step <= np.pi:
         raise InputError(
             f"step: got {np.rad2deg(step):g} deg, expected more than 0 and at most 180"
