@@ -17,9 +17,9 @@ import numpy as np
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
-from turbine_sources import BIEGEL_2011, EXTRAS, NREL_5, REPORT_5, WINDIO  # noqa: E402
+from turbine_sources import BIEGEL_2011, EXTRAS, NREL_5, REPORT_5, WINDIO  # noqa: E402  (after the path)
 
-from pitchopt.turbines.windio import windio_record  # noqa: E402
+from pitchopt.turbines.windio import windio_record  # noqa: E402  (after the path)
 
 DECIMALS = {"alpha_deg": 3, "cl": 4, "cd": 5, "cm": 4, "twist_deg": 5, "structural_twist_deg": 4}
 MAX_STATIONS = 60

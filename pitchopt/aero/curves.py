@@ -18,7 +18,7 @@ downwind, ``radial`` about the blade's own axis from root to tip;
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -110,7 +110,6 @@ class BladeCurves:
     thrust_rate: FloatArray | None = None
     radial_rate: FloatArray | None = None
     mean_pitch: float | None = None
-    notes: str = field(default="")
 
     def __post_init__(self) -> None:
         blades = whole_number("blades", self.blades, at_least=1)

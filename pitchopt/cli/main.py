@@ -41,13 +41,13 @@ Exit status: 0 success, 1 failed computation, 2 bad input (one line says what),
 class _Commands(click.Group):
     """Commands whose modules load when they are called."""
 
-    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002  part of click's interface
         """Names, in the order of the help."""
         return list(_COMMANDS)
 
     def get_command(
         self,
-        ctx: click.Context,  # noqa: ARG002
+        ctx: click.Context,  # noqa: ARG002  part of click's interface
         cmd_name: str,
     ) -> click.Command | None:
         """A command, its module loaded."""
@@ -59,7 +59,7 @@ class _Commands(click.Group):
 
     def format_commands(
         self,
-        ctx: click.Context,  # noqa: ARG002
+        ctx: click.Context,  # noqa: ARG002  part of click's interface
         formatter: click.HelpFormatter,
     ) -> None:
         """Commands and what they do, no module loaded."""

@@ -49,7 +49,6 @@ def projected(problem: DesignProblem, objective: Objective, mult: Multipliers) -
     cap = max(mult.cap, 0.0) if finite_cap else 0.0
     blade = mult.blade - mult.blade.mean()
     blade_norm = float(np.linalg.norm(blade))
-    # a large enough eta admits y_b as it is, at the price eta blade_cap
     blade_allowed = (lam[4] + cap) / np.sqrt(n) * shrink
     if blade_norm > blade_allowed:
         blade = blade * (blade_allowed / blade_norm) if blade_norm > 0 else blade

@@ -265,16 +265,16 @@ class PointFinder:
     def _exchange(self, goals: Sequence[_Goal]) -> bool:
         """Start again wherever another goal's profile is the better one; True if any was."""
         changed = False
-        threshold = 1e-7 * self.power.mean_torque
         for goal in goals:
+            by_torque = goal.objective.torque > 0
+            unit = self.power.mean_torque if by_torque else self.reference.rms_weighted
             ranks = [
                 self._rank(goal, other.found) if other.found is not None else -np.inf
                 for other in goals
             ]
             other = goals[int(np.argmax(ranks))]
             own = -np.inf if goal.found is None else self._rank(goal, goal.found)
-            scale = max(goal.objective.torque, threshold / self.power.mean_torque)
-            if other is goal or other.found is None or max(ranks) <= own + threshold * scale:
+            if other is goal or other.found is None or max(ranks) <= own + 1e-7 * unit:
                 continue
             start = Start(label=other.label, profile=other.found.solution.profile)
             self._improve(goal, [start])
@@ -286,11 +286,21 @@ class PointFinder:
         found = [goal.found for goal in goals if goal.found is not None]
         top = max(found, key=lambda f: float(f.solution.loads.mean[0]))
         if float(top.solution.loads.mean[0]) > self.power.mean_torque * (1 + 1e-9):
+            began = time.perf_counter()
             problem = self.task.problem(top.mean_pitch)
             solution = maximise_torque(problem, top.solution.profile)
             better = replace(top, solution=solution, start=f"{top.start}, then torque alone")
+            relaxed = relax(problem, TORQUE_ALONE, profile=solution.profile)
             self.power = finished(
-                self.task, TORQUE_ALONE, better, "power_max", 0.0, None, time.perf_counter(), None
+                self.task,
+                TORQUE_ALONE,
+                better,
+                "power_max",
+                0.0,
+                None,
+                began,
+                relaxed,
+                solution.value,
             )
 
     def _use_allowance(self, goal: _Goal) -> None:

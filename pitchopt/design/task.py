@@ -83,7 +83,11 @@ class CurvesModel:
     table: BladeCurves
     induction: str = field(default="table")
 
-    def curves(self, positions: int, mean_pitch: float | None = None) -> BladeCurves:  # noqa: ARG002
+    def curves(
+        self,
+        positions: int,
+        mean_pitch: float | None = None,  # noqa: ARG002  part of the protocol
+    ) -> BladeCurves:
         """The table itself; the mean pitch is the table's own.
 
         Raises

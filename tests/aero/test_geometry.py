@@ -23,7 +23,7 @@ def blade(**change: object) -> Blade:
         "twist": [0.2, 0.1, 0.0, 0.0],
         "polars": (FLAT,) * 4,
     }
-    return Blade(**{**values, **change})  # type: ignore[arg-type]
+    return Blade(**{**values, **change})
 
 
 class TestBlade:
@@ -175,4 +175,4 @@ class TestRotor:
     def test_bad_input(self, change: dict[str, object], word: str) -> None:
         values: dict[str, object] = {"blade": blade(), "hub_radius": 1.0, "hub_height": 90.0}
         with pytest.raises(InputError, match=word):
-            Rotor(**{**values, **change})  # type: ignore[arg-type]
+            Rotor(**{**values, **change})

@@ -50,7 +50,7 @@ def solve(
 class TestRootFinder:
     @given(st.floats(-0.9, 0.9), st.floats(0.1, 20.0))
     def test_finds_roots(self, root: float, steepness: float) -> None:
-        def function(x, index):  # type: ignore[no-untyped-def]
+        def function(x, index):
             return np.tanh(steepness * (x - root)) * (1.0 + index)
 
         low, high = np.array([-1.0, -1.0]), np.array([1.0, 1.0])

@@ -45,7 +45,7 @@ class TestPolar:
         with pytest.raises(InputError, match="cylinder"):
             cylinder.stall_angle()
 
-    def test_small_wiggles_are_not_stall(self, nrel) -> None:  # type: ignore[no-untyped-def]
+    def test_small_wiggles_are_not_stall(self, nrel) -> None:
         du40 = nrel.blade.polars[4]
         assert du40.stall_angle() > 20.0 * DEG
 
@@ -73,7 +73,7 @@ class TestPolar:
     def test_bad_tables(self, change: dict[str, object], word: str) -> None:
         good: dict[str, object] = {"alpha": [0.0, 1.0, 2.0], "cl": [0, 1, 0], "cd": [0, 0, 1]}
         with pytest.raises(InputError, match=word):
-            Polar(**{**good, **change})  # type: ignore[arg-type]
+            Polar(**{**good, **change})
 
     def test_is_immutable(self, outboard: Polar) -> None:
         with pytest.raises(ValueError, match="read-only"):
@@ -165,7 +165,7 @@ class TestFit:
         with pytest.raises(InputError, match=word):
             fit_polar(outboard, limits, segments)
 
-    def test_concave_range_keeps_its_promise(self, nrel) -> None:  # type: ignore[no-untyped-def]
+    def test_concave_range_keeps_its_promise(self, nrel) -> None:
         for polar in {id(p): p for p in nrel.blade.polars if p.lifting}.values():
             fit = fit_polar(polar, polar.concave_range(), 60)
             # 0.01 for freely placed knots; uniform ones and the tie-break add a little

@@ -87,7 +87,7 @@ class TestOperatingPoints:
             "min_rotor_speed": SLOWEST,
         }
         with pytest.raises(InputError, match=word):
-            operating_points(nrel, **{**values, **change})  # type: ignore[arg-type]
+            operating_points(nrel, **{**values, **change})
 
 
 class TestPerformance:
@@ -108,7 +108,7 @@ class TestPerformance:
     @pytest.mark.parametrize("azimuths", [0, 2.5, True])
     def test_bad_azimuths(self, nrel: Rotor, azimuths: object) -> None:
         with pytest.raises(InputError, match="azimuths"):
-            mean_loads(nrel, UniformInflow(8.0), 1.0, 0.0, azimuths=azimuths)  # type: ignore[arg-type]
+            mean_loads(nrel, UniformInflow(8.0), 1.0, 0.0, azimuths=azimuths)
 
     def test_bad_ratio(self, nrel: Rotor) -> None:
         with pytest.raises(InputError, match="tip_speed_ratio"):

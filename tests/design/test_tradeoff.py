@@ -264,7 +264,7 @@ class TestDesign:
             model=CurvesModel(table=table), positions=6, limits=wide_limits(), travel=3e5
         )
         value = {"max_power_loss": 0.05, "mean_torque": 0.9 * constant(task).mean_torque}[goal]
-        point = design(task, **{goal: value})  # type: ignore[arg-type]
+        point = design(task, **{goal: value})
         assert point.pitch_travel > 1e-3
         assert point.rms_lower_bound is not None
         assert point.rms_lower_bound <= point.rms_weighted * (1 + 1e-6)
@@ -310,7 +310,7 @@ class TestRegressionConstantPitchOnly:
         task = replace(SMALL, **change)
         top = constant(task).mean_torque
         value = {"mu": 3.0, "max_power_loss": 0.03, "mean_torque": 0.9 * top}[goal]
-        point = design(task, **{goal: value})  # type: ignore[arg-type]
+        point = design(task, **{goal: value})
         assert point.status.ok
         assert np.ptp(point.profile) < 1e-12
         if goal == "max_power_loss":

@@ -195,7 +195,7 @@ def test_biegel_blade_of_any_number_of_elements(elements: int) -> None:
 @pytest.mark.parametrize("elements", [0, -1, 2.5, True])
 def test_biegel_blade_refuses(elements: object) -> None:
     with pytest.raises(InputError, match="elements: got"):
-        biegel_blade(elements)  # type: ignore[arg-type]
+        biegel_blade(elements)
 
 
 def test_biegel_blade_refuses_a_negative_chord() -> None:
@@ -230,11 +230,11 @@ def test_turbines_cannot_be_changed() -> None:
     turbine = load_turbine("nrel-5mw")
     assert load_turbine("nrel-5mw") is turbine
     with pytest.raises(AttributeError):
-        turbine.rated_power = 1.0  # type: ignore[misc]
+        turbine.rated_power = 1.0
     with pytest.raises(ValueError, match="read-only"):
         turbine.tower.diameter[0] = 1.0
     with pytest.raises(TypeError):
-        turbine.notes["blade"] = "else"  # type: ignore[index]
+        turbine.notes["blade"] = "else"
     assert isinstance(turbine, Turbine)
 
 

@@ -65,8 +65,8 @@ class TestSampling:
 
         bare = Bare()
         with pytest.raises(WindFieldError, match="hub_height: got None and Bare has none"):
-            sample_disc(bare, 40.0)  # type: ignore[arg-type]
-        assert sample_disc(bare, 40.0, hub_height=80.0).hub_height == 80.0  # type: ignore[arg-type]
+            sample_disc(bare, 40.0)
+        assert sample_disc(bare, 40.0, hub_height=80.0).hub_height == 80.0
 
     @pytest.mark.parametrize(
         ("arguments", "message"),
@@ -88,7 +88,7 @@ class TestSampling:
     )
     def test_bad_input(self, arguments: dict[str, object], message: str) -> None:
         with pytest.raises(WindFieldError, match=message):
-            sample_disc(FIELD, **{"radius": 40.0, **arguments})  # type: ignore[arg-type]
+            sample_disc(FIELD, **{"radius": 40.0, **arguments})
 
     def test_sample_is_a_checked_value(self) -> None:
         with pytest.raises(WindFieldError, match=r"speed: got shape \(2, 2\); must be \(2, 3\)"):

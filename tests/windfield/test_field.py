@@ -191,7 +191,7 @@ class TestEveryField:
     )
     def test_bad_points(self, field: WindField, point: tuple[object, ...], message: str) -> None:
         with pytest.raises(WindFieldError, match=message):
-            field.velocity(*point)  # type: ignore[arg-type]
+            field.velocity(*point)
         with pytest.raises(WindFieldError, match="t: got 1 NaN"):
             field.velocity(0.0, 0.0, 90.0, math.nan)
 
@@ -207,7 +207,7 @@ def test_own_shear_law() -> None:
         def factor(self, height: object, hub_height: float) -> object:
             return 2.0 - np.abs(np.asarray(height) / hub_height - 1.0)
 
-    field = StaticField(speed=5.0, hub_height=100.0, vertical=Jet())  # type: ignore[arg-type]
+    field = StaticField(speed=5.0, hub_height=100.0, vertical=Jet())
     np.testing.assert_allclose(field.velocity(0.0, 0.0, [50.0, 100.0])[:, 0], [7.5, 10.0])
 
 
@@ -229,15 +229,15 @@ def test_own_shear_law() -> None:
 )
 def test_bad_input(change: dict[str, object], message: str) -> None:
     with pytest.raises(WindFieldError, match=message):
-        StaticField(**{"speed": 10.0, "hub_height": 90.0, **change})  # type: ignore[arg-type]
+        StaticField(**{"speed": 10.0, "hub_height": 90.0, **change})
 
 
 def test_fields_are_values() -> None:
-    twin = pickle.loads(pickle.dumps(FULL))  # noqa: S301
+    twin = pickle.loads(pickle.dumps(FULL))  # noqa: S301  (our own object)
     assert twin == FULL and hash(twin) == hash(FULL)
     assert StaticField(speed=10, hub_height=90) != FULL
     with pytest.raises(AttributeError):
-        FULL.speed = 3.0  # type: ignore[misc]
+        FULL.speed = 3.0
 
 
 def test_stands_alone() -> None:

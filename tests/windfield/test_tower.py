@@ -21,7 +21,7 @@ NREL = TowerShadow(radius=[3.0, 1.935, 1.935], height=[0.0, 85.268, 87.6], top=8
 
 def wind(x: object, y: object, u: float = 10.0, v: float = 0.0) -> NDArray[np.float64]:
     """Total horizontal wind (..., 2) around TOWER, well below its top."""
-    du, dv = TOWER.disturbance(x, y, 50.0, u, v)  # type: ignore[arg-type]
+    du, dv = TOWER.disturbance(x, y, 50.0, u, v)
     return np.stack([u + du, v + dv], axis=-1)
 
 
@@ -221,12 +221,12 @@ def test_tables_are_copied_read_only_and_compared_by_value() -> None:
     assert tower == same and hash(tower) == hash(same)
     assert tower != TowerShadow(radius=[3.0, 2.1], height=[0.0, 80.0], top=80.0)
     assert tower != "tower"
-    for twin in (pickle.loads(pickle.dumps(tower)), copy.deepcopy(tower)):  # noqa: S301
+    for twin in (pickle.loads(pickle.dumps(tower)), copy.deepcopy(tower)):  # noqa: S301  (our own object)
         assert twin == tower
         with pytest.raises(ValueError, match="read-only"):
             twin.radius[0] = 1.0
     with pytest.raises(ValueError, match="read-only"):
-        tower.radius[0] = 1.0  # type: ignore[index]
+        tower.radius[0] = 1.0
 
 
 @pytest.mark.parametrize(
@@ -253,7 +253,7 @@ def test_tables_are_copied_read_only_and_compared_by_value() -> None:
 )
 def test_bad_input(change: dict[str, object], message: str) -> None:
     with pytest.raises(WindFieldError, match=message):
-        TowerShadow(**{"radius": 2.0, "top": 90.0, **change})  # type: ignore[arg-type]
+        TowerShadow(**{"radius": 2.0, "top": 90.0, **change})
 
 
 def test_smoothing_below_hub_must_fit() -> None:
