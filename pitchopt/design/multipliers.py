@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,9 @@ class Multipliers:
         Multipliers of the torque limits [-] and of the blade cap [-], 0 or more.
     mean : float
         Multiplier of the mean-pitch condition [N m/rad].
+    box : ndarray (4,)
+        Multipliers of boxes on the means of torque, tilt, yaw and thrust [-], positive for the
+        upper end; zero without boxes.
     basis : ndarray (N,) or float
         Multipliers of the restriction to harmonics [N m/rad]; bounds leave them out.
     """
@@ -39,6 +42,7 @@ class Multipliers:
     torque_max: float = 0.0
     cap: float = 0.0
     mean: float = 0.0
+    box: FloatArray = field(default_factory=lambda: np.zeros(4))
     basis: FloatArray | float = 0.0
 
     @classmethod

@@ -22,7 +22,7 @@ from pitchopt.design.cones import ConeProgram
 from pitchopt.design.multipliers import Multipliers
 from pitchopt.design.problem import DesignProblem, Objective
 
-__all__ = ["Relaxation", "relax"]
+__all__ = ["HullSolution", "Relaxation", "relax", "solve_hull"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -39,6 +39,28 @@ class Relaxation:
     profile: FloatArray
     rounds: int
     closed: bool
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HullSolution:
+    """The relaxed optimum on given columns.
+
+    Attributes
+    ----------
+    value : float
+        As the solver has it [N m]; no bound.
+    multipliers : Multipliers
+        As the solver has them, not yet projected.
+    profile : ndarray (N,)
+        Pitch that the weights imply [rad].
+    weights : ndarray (C,)
+        Weight of each column.
+    """
+
+    value: float
+    multipliers: Multipliers
+    profile: FloatArray
+    weights: FloatArray
 
 
 def relax(
@@ -79,10 +101,17 @@ def relax(
     scale = problem.torque_scale
     best: Relaxation | None = None
     for count in range(1, rounds + 1):
-        solved = _solve_hull(problem, objective, active, scale)
+        station, column = np.nonzero(active)
+        solved = solve_hull(
+            problem,
+            objective,
+            station,
+            curves.beta[station, column],
+            curves.loads[:, station, column],
+        )
         if solved is None:
             break
-        value, mult, implied = solved
+        value, mult, implied = solved.value, solved.multipliers, solved.profile
         mult = projected(problem, objective, mult)
         bound, values = lagrangian_bound(problem, objective, mult)
         closed = bound - value <= tolerance * scale
@@ -110,14 +139,37 @@ def _enlarge(active: BoolArray, values: FloatArray, wanting: BoolArray) -> bool:
     return int(active.sum()) > before
 
 
-def _solve_hull(
-    problem: DesignProblem, objective: Objective, active: BoolArray, scale: float
-) -> tuple[float, Multipliers, FloatArray] | None:
-    curves = problem.curves
+def solve_hull(
+    problem: DesignProblem,
+    objective: Objective,
+    station: NDArray[np.intp],
+    pitch: FloatArray,
+    loads: FloatArray,
+    means: FloatArray | None = None,
+) -> HullSolution | None:
+    """The relaxation on given columns.
+
+    Parameters
+    ----------
+    problem, objective
+        The limits and the prices; the curves give sizes and pitch-rate terms only.
+    station : int array (C,)
+        Station of each column, in rising order, every station at least once.
+    pitch : array (C,)
+        Pitch of each column [rad].
+    loads : array (5, C)
+        The five loads there.
+    means : array (4, 2), optional
+        Lowest and highest mean of torque, tilt, yaw and thrust over the positions; infinite
+        where a mean is free.
+
+    Returns
+    -------
+    HullSolution or None
+        None when the cone solver failed, or these columns admit no profile.
+    """
+    curves, scale = problem.curves, problem.torque_scale
     n_stations, m = curves.stations, curves.positions
-    station, column = np.nonzero(active)
-    pitch = curves.beta[station, column]
-    loads = curves.loads[:, station, column]
     deviations = loads - loads.mean(axis=1, keepdims=True)  # RMS values see no constant
     theta = np.arange(station.size)
     position = station % m
@@ -181,6 +233,21 @@ def _solve_hull(
             )
             for sign in (1.0, -1.0)
         ]
+    boxes: list[tuple[int, float, slice, float]] = []
+    for q in range(4) if means is not None else ():
+        assert means is not None
+        mean = loads[q] / m
+        if has_rates:
+            mean = mean + ((np.roll(rates[q], 1) - np.roll(rates[q], -1)) * half / m)[station] * (
+                pitch
+            )
+        centre = float(mean.mean())
+        for sign, limit in ((1.0, means[q, 1]), (-1.0, means[q, 0])):
+            if np.isfinite(limit):
+                unit = float(np.abs(mean - centre).max()) or 1.0
+                room = np.array([sign * (limit - n_stations * centre) / unit])
+                rows = program.nonneg(room, (0, theta, sign * (mean - centre) / unit))
+                boxes.append((q, sign, rows, unit))
     blocks: dict[int, slice] = {}
     for q in cones:
         size, at = (n_stations, station) if q == 4 else (m, position)
@@ -215,6 +282,9 @@ def _solve_hull(
     w = z[rate_blocks[0]] - z[rate_blocks[1]]
     if travel_blocks:
         w = w + z[travel_blocks[0]] - z[travel_blocks[1]]
+    box = np.zeros(4)
+    for q, sign, rows, unit in boxes:
+        box[q] += sign * float(z[rows][0]) / unit
     mult = Multipliers(
         loads=y_loads,
         blade=y_blade,
@@ -223,7 +293,13 @@ def _solve_hull(
         torque_max=float(z[single["max"]][0]) / scale if "max" in single else 0.0,
         cap=float(z[single["cap"]][0]) / spread[4] if "cap" in single else 0.0,
         mean=float(z[mean_block][0]) if mean_block is not None else 0.0,
+        box=box,
     )
     implied = np.zeros(n_stations)
     np.add.at(implied, station, x[theta] * pitch)
-    return -float(program.cost @ x) * scale, mult, implied
+    return HullSolution(
+        value=-float(program.cost @ x) * scale,
+        multipliers=mult,
+        profile=implied,
+        weights=np.asarray(x[theta]),
+    )
