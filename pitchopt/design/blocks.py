@@ -93,9 +93,7 @@ class ProfileBlock:
 
     def profile(self, x: FloatArray) -> FloatArray:
         """The profile of a solution [rad]."""
-        return np.asarray(
-            self.point + self.radius * x[self.pitch : self.pitch + self.point.size]
-        )
+        return np.asarray(self.point + self.radius * x[self.pitch : self.pitch + self.point.size])
 
     def rate(self, z: FloatArray) -> FloatArray:
         """w_n of the change from station n to n + 1 [N m/rad]."""
