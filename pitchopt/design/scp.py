@@ -206,6 +206,11 @@ class Walk(ABC, Generic[A]):
         """True when the caller wants the run to end."""
         return self.should_stop is not None and self.should_stop()
 
+    @staticmethod
+    def chord(low: FloatArray, high: FloatArray) -> float:
+        """Half-width over which a smooth run takes slopes [rad]."""
+        return max(0.2 * float(np.max(high - low)) / 2, 1e-4)
+
     def accept(self, profile: FloatArray, merit: float) -> None:
         """Move to a profile."""
         self.profile, self.best = profile, merit
@@ -405,7 +410,7 @@ class _Run(Walk[SubproblemSolution]):
             solver = self.subproblem if attempt < 2 or self.fallback is None else self.fallback
             options: dict[str, Any] = {}
             if self.settings.smooth and segments is None and isinstance(solver, Subproblem):
-                options["chord"] = max(0.2 * float(np.max(high - low)) / 2, 1e-4)
+                options["chord"] = self.chord(low, high)
                 options["multipliers"] = None if self.last is None else self.last.multipliers
             out = solver.solve(
                 point,
