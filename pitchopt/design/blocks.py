@@ -124,7 +124,18 @@ class CurveBlock:
         objective: Objective,
         *,
         tight: bool,
+        curved: bool = False,
     ) -> None:
+        """Add the variables.
+
+        Parameters
+        ----------
+        tight : bool
+            Scale by the loads' own size.
+        curved : bool
+            Torque by its slope, for a model whose curvature stands in the program's quadratic
+            (:func:`bend`), instead of by its segments: far fewer rows.
+        """
         self.profile, self.model, self.objective = profile, model, objective
         curves, lam = model.curves, objective.lambdas
         capped = np.isfinite(objective.blade_cap)
@@ -132,9 +143,8 @@ class CurveBlock:
         self.units = {q: model.unit(q, tight) for q in self.loads}
         slope = float(np.mean(np.abs(model.slopes[0])))
         self.torque_unit = max(slope * model.radius, 1e-300)
-        self.in_segments = not model.affine and bool(
-            objective.torque > 0 or np.isfinite(objective.torque_min)
-        )
+        with_torque = bool(objective.torque > 0 or np.isfinite(objective.torque_min))
+        self.in_segments = with_torque and not (model.affine or curved)
         self._at = profile.pitch + profile.index
         self._costs: list[tuple[IntArray, FloatArray]] = []
         self._single: dict[str, slice] = {}
@@ -204,7 +214,7 @@ class CurveBlock:
         gradient = model.torque_gradient * (model.radius / unit)
         if np.isfinite(objective.torque_min):
             slack = program.variables("slack_min", 1, cost=penalty[0] * unit).start
-            if model.affine:
+            if not self.in_segments:
                 entries: list[tuple[Any, Any, Any]] = [(0, self._at, -gradient)]
             else:
                 entries = [
@@ -278,8 +288,12 @@ class CurveBlock:
         )
 
 
-def bend(model: LinearModel, mult: Multipliers) -> FloatArray:
-    """Convex part of the loads' curvature, weighted by multipliers, shape (N,)."""
+def bend(model: LinearModel, mult: Multipliers, torque: float = 0.0) -> FloatArray:
+    """Convex part of the curvature of loads and torque, weighted by multipliers, shape (N,).
+
+    ``torque`` is the price of mean torque, for blocks that do not model torque by segments.
+    """
     assert model.curvature is not None
     y = np.concatenate([np.tile(mult.loads, (1, model.curves.blades)), mult.blade[None]])
+    y[0] -= torque / model.curves.positions
     return np.asarray(np.maximum(np.sum(y * model.curvature, axis=0), 0.0))

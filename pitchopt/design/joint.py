@@ -175,6 +175,20 @@ class JointProblem:
         """The joint problem on smoothed curves, to tell starts apart by."""
         return replace(self, problems=tuple(problem.softened for problem in self.problems))
 
+    @cached_property
+    def no_multipliers(self) -> JointMultipliers:
+        """The winds' shares, equal ones for the largest regret, and no other multipliers."""
+        count, n = len(self.problems), self.stations
+        shares = np.full(count, 1.0 / count) if self.weights is None else self.weights
+        nothing = Multipliers.zero(n, self.problems[0].curves.positions)
+        return JointMultipliers(
+            shares=shares,
+            winds=(nothing,) * count,
+            rate=np.zeros((self.count, n)),
+            link=np.zeros((self.count - 1, n)),
+            basis=np.zeros((self.count, n)),
+        )
+
     @property
     def constant_only(self) -> bool:
         """True when rate or harmonics leave constant pitch only."""

@@ -57,7 +57,9 @@ class JointBound:
     closed: bool
 
 
-def joint_lagrangian(joint: JointProblem, mult: JointMultipliers) -> tuple[float, FloatArray]:
+def joint_lagrangian(
+    joint: JointProblem, mult: JointMultipliers
+) -> tuple[float, FloatArray, FloatArray]:
     """Upper bound on the joint objective of all feasible profiles, and where its maxima stand.
 
     Parameters
@@ -70,12 +72,12 @@ def joint_lagrangian(joint: JointProblem, mult: JointMultipliers) -> tuple[float
     -------
     bound : float
         Rounded outward [N m].
-    pitch : ndarray (S N,)
-        Maximising breakpoint of every station [rad].
+    grid, total : ndarray (S N, K)
+        Breakpoints of all winds of every station [rad] and the sum of the brackets there [N m],
+        for pricing; padded by infinity and minus infinity.
     """
     shares = _shares(joint, mult.shares)
     grid, last = joint.breakpoints(0.0)
-    rows = np.arange(grid.shape[0])
     inside = np.arange(grid.shape[1]) <= last[:, None] + 1
     total = np.zeros(grid.shape)
     constants: list[float] = []
@@ -106,9 +108,9 @@ def joint_lagrangian(joint: JointProblem, mult: JointMultipliers) -> tuple[float
         constants.append(joint.change * float(np.sum(np.abs(link))))
     size += float(np.sum(np.abs(linear).ravel() * np.abs(pitch).max(axis=1)))
     size += float(np.sum(np.abs(constants)))
-    best = total.argmax(axis=1)
-    bound = float(np.sum(total[rows, best]) + np.sum(constants))
-    return bound + _ROUNDING * np.sqrt(rows.size * len(joint.problems)) * size, grid[rows, best]
+    bound = float(np.sum(total.max(axis=1)) + np.sum(constants))
+    count = grid.shape[0] * len(joint.problems)
+    return bound + _ROUNDING * np.sqrt(count) * size, grid, total
 
 
 def _shares(joint: JointProblem, shares: FloatArray) -> FloatArray:
@@ -147,8 +149,8 @@ def joint_bound(
     beta: FloatArray,
     *,
     multipliers: JointMultipliers | None = None,
-    rounds: int = 12,
-    tolerance: float = 1e-5,
+    rounds: int = 5,
+    tolerance: float = 5e-4,
 ) -> JointBound | None:
     """Bound a joint problem, near the value of its hull relaxation.
 
@@ -172,7 +174,7 @@ def joint_bound(
     """
     best: JointBound | None = None
     if multipliers is not None:
-        bound, _ = joint_lagrangian(joint, multipliers)
+        bound, _, _ = joint_lagrangian(joint, multipliers)
         best = JointBound(upper_bound=bound, multipliers=multipliers, rounds=0, closed=False)
     grid, last = joint.breakpoints(0.0)
     rows = np.arange(grid.shape[0])
@@ -185,15 +187,15 @@ def joint_bound(
         if solved is None:
             break
         value, mult = solved
-        bound, pitch = joint_lagrangian(joint, mult)
+        bound, grid, total = joint_lagrangian(joint, mult)
         closed = bound - value <= tolerance * scale
         if best is None or bound < best.upper_bound:
             best = JointBound(upper_bound=bound, multipliers=mult, rounds=count, closed=closed)
         if closed:
             break
-        at = np.sum(grid < pitch[:, None], axis=1)
-        beside = [grid[rows, np.clip(at + shift, 0, last + 1)] for shift in (-1, 1)]
-        points = np.column_stack([points, pitch, *beside])
+        at = total.argmax(axis=1)
+        near = [grid[rows, np.clip(at + shift, 0, last + 1)] for shift in (-1, 0, 1)]
+        points = np.column_stack([points, *near])
     return best
 
 
@@ -259,9 +261,9 @@ def _minimise(
         ]
     rhs = np.zeros(station.size)
     for dual in duals:
-        mine = dual.entries(points)
-        rows += mine[0]
-        rhs[mine[2]] -= mine[1]
+        bracket, fixed, where = dual.entries(points)
+        rows += bracket
+        rhs[where] -= fixed
     program.nonneg(rhs, *rows)
     for dual in duals:
         dual.cones(program)
@@ -375,7 +377,7 @@ class _WindDual:
             program.nonneg(np.zeros(1), (zero, np.array([column]), -1.0))
 
     def multipliers(self, x: FloatArray) -> Multipliers:
-        """This wind's multipliers in a solution."""
+        """Multipliers of the wind in a solution."""
         curves = self.problem.curves
         loads, blade = np.zeros((4, curves.positions)), np.zeros(curves.stations)
         for k, start in self.y.items():

@@ -22,7 +22,7 @@ from pitchopt.design.results import Status
 from pitchopt.design.scp import PENALTY_START, ScpSettings, Walk, reduced_slope
 from pitchopt.design.search import Start
 
-__all__ = ["JointLocal", "best_joint", "solve_joint"]
+__all__ = ["JointLocal", "best_joint", "joint_rank", "solve_joint"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -122,7 +122,7 @@ class _JointRun(Walk[JointSolution]):
                 on_cells=segments is not None,
                 tight=tight,
                 chord=self.chord(low, high) if smooth else 0.0,
-                multipliers=self.last.multipliers if smooth and self.last is not None else None,
+                multipliers=self._multipliers() if smooth else None,
             )
             self.solver_seconds += out.solve_seconds
             if out.solved:
@@ -130,6 +130,10 @@ class _JointRun(Walk[JointSolution]):
                 return out
         self.failures += 1
         return out
+
+    def _multipliers(self) -> JointMultipliers:
+        """Those of the last subproblem; at first equal shares of the winds and nothing else."""
+        return self.joint.no_multipliers if self.last is None else self.last.multipliers
 
     def reduced_slope(self, out: JointSolution, segment: IntArray) -> FloatArray:
         """Slope of the Lagrangian of all winds in each station's pitch [N m/rad]."""
@@ -201,7 +205,7 @@ def best_joint(
     for start in starts:
         found = solve_joint(joint.softened, start, settings=full.rough())
         profile = joint.repaired(found.profile)
-        rough.append((_rank(joint, profile), Start(label=start.label, profile=profile)))
+        rough.append((joint_rank(joint, profile), Start(label=start.label, profile=profile)))
     rough.sort(key=lambda one: -one[0])
     near = rough[0][0] - _NEAR * _JointMerit(joint, rough[0][1].profile).scale
     ends = [
@@ -209,10 +213,10 @@ def best_joint(
         for rank, start in rough[:_FINISHED]
         if rank >= near
     ]
-    return max(ends, key=lambda found: _rank(joint, found.profile))
+    return max(ends, key=lambda found: joint_rank(joint, found.profile))
 
 
-def _rank(joint: JointProblem, profile: FloatArray) -> float:
+def joint_rank(joint: JointProblem, profile: FloatArray) -> float:
     """Value to compare profiles by; broken limits weigh more than any value."""
     merit = _JointMerit(joint, profile)
     value = joint.total(joint.values(profile))

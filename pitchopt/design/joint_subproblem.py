@@ -61,8 +61,11 @@ def solve_joint_subproblem(
         Exact-penalty weights of the torque limits [-] and of the blade caps [-].
     on_cells : bool
         The box is a cell: every wind stays on one segment, where torque is affine too.
-    tight, chord, multipliers
+    tight, chord : bool, float
         As in :meth:`pitchopt.design.direct.Subproblem.solve`.
+    multipliers : JointMultipliers, optional
+        With a chord: the curvature of loads and torque, weighted by these, enters the objective
+        where it is convex, and torque is not modelled by its segments.
     """
     low = np.maximum(low, np.concatenate([p.curves.lower for p in joint.leaders]))
     high = np.minimum(high, np.concatenate([p.curves.upper for p in joint.leaders]))
@@ -78,9 +81,15 @@ def solve_joint_subproblem(
     for w, (problem, s) in enumerate(zip(joint.problems, joint.profile_of, strict=True)):
         segments = problem.curves.segment(0.5 * (lows[s] + highs[s])) if on_cells else None
         model = LinearModel(problem, at[s], segments, lows[s], highs[s], chord, radius)
-        block = CurveBlock(program, profiles[s], model, joint.objectives[w], tight=tight)
-        if model.curvature is not None and multipliers is not None:
-            joint.split(bends)[s] += bend(model, multipliers.winds[w])
+        curved = model.curvature is not None and multipliers is not None
+        block = CurveBlock(
+            program, profiles[s], model, joint.objectives[w], tight=tight, curved=curved
+        )
+        if curved and multipliers is not None:
+            own = multipliers.winds[w]
+            price = float(multipliers.shares[w]) * joint.objectives[w].torque
+            price += own.torque_min - own.torque_max
+            joint.split(bends)[s] += bend(model, own, price)
         blocks.append(block)
     if np.any(bends):
         program.quadratic = bends * radius**2

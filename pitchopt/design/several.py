@@ -1,0 +1,486 @@
+"""One profile for several winds, and a schedule of profiles over wind speed.
+
+    robust     maximise sum_w p_w V_w(beta), or minimise max_w (V*_w - V_w(beta)), one beta
+    schedule   maximise sum_s p_s V_s(beta_s),  |beta_n^(s+1) - beta_n^(s)| <= C
+
+V_w is mean torque - mu x weighted RMS of wind w (and its price of travel) under its cap on blade
+load, V*_w what the single-wind search finds for that wind alone.  All of it is solved jointly
+(:mod:`pitchopt.design.joint_scp`) and bounded jointly (:mod:`pitchopt.design.joint_bound`).
+Each wind's own optimum, shared or laid side by side, is among the starts, so that the result is
+never worse than any of them.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pitchopt.aero.curves import RotorLoads
+from pitchopt.checks import finite_array, finite_number, whole_number
+from pitchopt.design.constant_pitch import best_constant
+from pitchopt.design.goals import power_max
+from pitchopt.design.joint import JointMultipliers, JointProblem
+from pitchopt.design.joint_bound import JointBound, joint_bound
+from pitchopt.design.joint_scp import JointLocal, best_joint, joint_rank, solve_joint
+from pitchopt.design.points import PointFinder
+from pitchopt.design.problem import DesignProblem, Objective
+from pitchopt.design.results import Design, Status
+from pitchopt.design.scp import ScpSettings, solve_local
+from pitchopt.design.search import Start, rank
+from pitchopt.design.task import DesignTask, Progress
+from pitchopt.errors import InputError
+
+__all__ = ["Several", "WindResult", "robust", "schedule"]
+
+FloatArray = NDArray[np.float64]
+
+_ZERO_CHANGE = 1e-9  # [rad]; a smaller change leaves one profile for all speeds
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class WindResult:
+    """What a design for several winds gives in one of them.
+
+    Attributes
+    ----------
+    label : str
+    weight : float
+        p_w; for the largest regret the multiplier of this wind's regret.
+    constant : Design
+        Best constant pitch in this wind alone.
+    loads : RotorLoads
+        At the stations.
+    rms_weighted : float
+        Weighted sum of RMS values [N m].
+    objective, own_objective, regret : float
+        V_w of the profile, V*_w of this wind's own optimum and the difference [N m].
+    own_profile : ndarray (N,)
+        Own optimum [rad].
+    """
+
+    label: str
+    weight: float
+    constant: Design
+    loads: RotorLoads
+    rms_weighted: float
+    objective: float
+    own_objective: float
+    own_profile: FloatArray
+
+    @property
+    def regret(self) -> float:
+        """What this wind loses against its own optimum [N m]."""
+        return self.own_objective - self.objective
+
+    @property
+    def mean_torque(self) -> float:
+        """Mean torque over the stations [N m]."""
+        return float(self.loads.mean[0])
+
+    @property
+    def cut(self) -> float | None:
+        """Weighted RMS cut against this wind's best constant pitch, as a share."""
+        before = self.constant.rms_weighted
+        return 1.0 - self.rms_weighted / before if before > 0 else None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Several:
+    """A profile for several winds, or one for each with a bounded change between neighbours.
+
+    Attributes
+    ----------
+    goal : str
+        ``mean`` or ``regret`` (one profile), or ``schedule``.
+    azimuth : ndarray (N,)
+    profiles : ndarray (S, N)
+        One row for a robust design, one for each wind in a schedule [rad].
+    change : float
+        Largest change asked for between neighbouring profiles [rad]; infinite for none.
+    winds : tuple of WindResult
+    objective : float
+        Weighted sum of the winds' objectives, or minus the largest regret [N m].
+    upper_bound, gap : float or None
+        Proven bound on it over all feasible profiles, and (bound - objective) / weighted mean
+        torque of the winds' best constant pitches (the largest of them for the regret) [-].
+    certificate : JointMultipliers or None
+        What proves the bound.
+    status, message, start, iterations, seconds, history
+        How the joint solve ended, from which start, after how many subproblems.
+    """
+
+    goal: str
+    azimuth: FloatArray
+    profiles: FloatArray
+    change: float
+    winds: tuple[WindResult, ...]
+    objective: float
+    upper_bound: float | None
+    gap: float | None
+    certificate: JointMultipliers | None
+    status: Status
+    message: str
+    start: str
+    iterations: int
+    seconds: float
+    history: tuple[float, ...]
+    settings: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def profile(self) -> FloatArray:
+        """The one profile of a robust design [rad].
+
+        Raises
+        ------
+        InputError
+            For a schedule, which has several.
+        """
+        if self.profiles.shape[0] > 1:
+            raise InputError(f"profile: this schedule has {self.profiles.shape[0]}, see profiles")
+        return np.asarray(self.profiles[0])
+
+    @property
+    def largest_regret(self) -> float:
+        """Largest loss of any wind against its own optimum [N m]."""
+        return max(wind.regret for wind in self.winds)
+
+    @property
+    def largest_change(self) -> float:
+        """Largest change of pitch between neighbouring profiles at any station [rad]."""
+        return float(np.abs(np.diff(self.profiles, axis=0)).max(initial=0.0))
+
+
+def robust(
+    tasks: Sequence[DesignTask],
+    *,
+    mu: ArrayLike,
+    goal: str = "mean",
+    weights: ArrayLike | None = None,
+    labels: Sequence[str] | None = None,
+    starts: int = 3,
+    certify: bool = True,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Several:
+    """One profile for a set of winds.
+
+    Parameters
+    ----------
+    tasks : sequence of DesignTask
+        One for each wind, with the same stations; rate and range are the strictest of all.
+    mu : float or array (W,)
+        Price of the weighted RMS, the same for all winds or one for each.
+    goal : {"mean", "regret"}
+        Largest weighted sum of the objectives, or least largest regret.
+    weights : array (W,), optional
+        p_w of 0 or more, brought to sum one; equal by default. Not with ``regret``.
+    labels : sequence of str, optional
+        What the winds are called.
+    starts : int
+        Starts of the search for each wind's own optimum, and of the joint search.
+    certify : bool
+        Bound the result.
+    seed : int
+        Seed of random starts beyond the first five.
+    progress : callable, optional
+
+    Raises
+    ------
+    InputError
+        If there are no winds, they do not share their stations, a wake is frozen, a number is
+        out of range, or no profile keeps the limits of all winds.
+    """
+    if goal not in ("mean", "regret"):
+        raise InputError(f"goal: got {goal!r}, expected mean or regret")
+    if goal == "regret" and weights is not None:
+        raise InputError("weights: got some with the goal regret, which counts every wind alike")
+    began = time.perf_counter()
+    team = _Team(tasks, mu, weights, labels, starts, seed, progress, more=3 if certify else 2)
+    problems, objectives = team.problems, team.objectives
+    mean = JointProblem.of(problems, objectives, weights=team.weights)
+    team.find_own()
+    found = team.solve(mean, [(label, profile) for label, profile in team.own_starts()])
+    joint = mean
+    for _ in range(3 if goal == "regret" else 0):
+        joint = JointProblem.of(problems, objectives, targets=team.targets)
+        found = team.solve(joint, [(found.start, found.profile), *team.own_starts()])
+        if not team.improve_own(found.profile[None, :]):
+            break
+    if goal == "mean":
+        team.improve_own(found.profile[None, :])
+    return team.result(goal, joint, found, np.inf, certify, began)
+
+
+def schedule(
+    tasks: Sequence[DesignTask],
+    *,
+    mu: ArrayLike,
+    change: float,
+    weights: ArrayLike | None = None,
+    labels: Sequence[str] | None = None,
+    starts: int = 3,
+    certify: bool = True,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Several:
+    """A profile for each wind of a row, with a bounded change from one to the next.
+
+    Parameters
+    ----------
+    tasks : sequence of DesignTask
+        In the order of the table, usually over wind speed.
+    change : float
+        Largest change of pitch between neighbours at any station [rad]; zero makes one profile
+        for all, infinity leaves them free of each other.
+    mu, weights, labels, starts, certify, seed, progress
+        As in :func:`robust`.
+
+    Raises
+    ------
+    InputError
+        As :func:`robust`; and if a restriction to harmonics is to be scheduled, or the limits
+        of neighbours are farther apart than the change.
+    """
+    change = _change(change)
+    began = time.perf_counter()
+    team = _Team(tasks, mu, weights, labels, starts, seed, progress, more=2 if certify else 1)
+    shared = change <= _ZERO_CHANGE
+    count = len(team.problems)
+    joint = JointProblem.of(
+        team.problems,
+        team.objectives,
+        profile_of=None if shared else range(count),
+        weights=team.weights,
+        change=change,
+    )
+    team.find_own()
+    if shared:
+        first = team.own_starts()
+    else:
+        own = [design for _, design in team.own_starts()]
+        first = [("own optima", np.concatenate(own))]
+        first += [(label, np.tile(profile, count)) for label, profile in team.own_starts()]
+    found = team.solve(joint, first)
+    rows = np.tile(found.profile, (count, 1)) if shared else joint.split(found.profile)
+    if team.improve_own(rows) and not shared:
+        found = team.solve(joint, [(found.start, found.profile)])
+    return team.result("schedule", joint, found, change, certify, began)
+
+
+class _Team:
+    """What one call shares: winds, their own optima, progress."""
+
+    def __init__(
+        self,
+        tasks: Sequence[DesignTask],
+        mu: ArrayLike,
+        weights: ArrayLike | None,
+        labels: Sequence[str] | None,
+        starts: int,
+        seed: int,
+        progress: Progress | None,
+        *,
+        more: int,
+    ) -> None:
+        tasks = list(tasks)
+        if not tasks:
+            raise InputError("winds: got none, expected at least one")
+        count = len(tasks)
+        for number, task in enumerate(tasks):
+            if task.frozen:
+                raise InputError(
+                    f"winds: number {number} has a frozen wake, expected induction none or "
+                    "equilibrium: each frozen wake holds for one mean pitch only"
+                )
+        self.starts = whole_number("starts", starts, at_least=1)
+        self.seed = whole_number("seed", seed, at_least=0)
+        self.weights = _weights(weights, count)
+        self.mu = _prices(mu, count)
+        names = [f"wind {w + 1}" for w in range(count)] if labels is None else list(labels)
+        if len(names) != count:
+            raise InputError(f"labels: got {len(names)}, expected {count}, one for each wind")
+        self.labels = [str(name) for name in names]
+        self.progress, self.total, self.done = progress, count + more, 0
+        self.constants = [best_constant(task) for task in tasks]
+        self.tasks = [
+            task.operating_at(float(best.profile.mean()))
+            for task, best in zip(tasks, self.constants, strict=True)
+        ]
+        self.problems: list[DesignProblem] = [task.problem() for task in self.tasks]
+        self.objectives: list[Objective] = [
+            Objective.tradeoff(
+                float(price),
+                task.weights,
+                travel=task.travel,
+                blade_cap=np.inf
+                if task.blade_cap is None
+                else task.blade_cap * best.loads.blade_rms,
+            )
+            for price, task, best in zip(self.mu, self.tasks, self.constants, strict=True)
+        ]
+        self.own: list[FloatArray] = []
+        self.targets = np.zeros(count)
+
+    def tick(self, label: str) -> None:
+        """One step further."""
+        self.done = min(self.done + 1, self.total)
+        if self.progress is not None:
+            self.progress(self.done, self.total, label)
+
+    # ---- own optima ------------------------------------------------------------------------
+
+    def find_own(self) -> None:
+        """Each wind's own optimum by the single-wind search, its predecessor's among the starts."""
+        for w, task in enumerate(self.tasks):
+            power = power_max(task, reference=self.constants[w])
+            finder = PointFinder(
+                task, self.constants[w], power, self.starts, False, self.seed, None, total=1
+            )
+            first = finder.first_starts(self.objectives[w])
+            if self.own:
+                first.append(Start(label="neighbour", profile=self.own[-1]))
+            found = finder.solve(self.objectives[w], first).solution
+            self.own.append(found.profile)
+            self.targets[w] = self._value(w, found.profile)
+            self.tick(self.labels[w])
+        for w, profile in enumerate(self.own):  # an own optimum may suit another wind better
+            for profile_ in self.own:
+                if profile_ is not profile:
+                    self._raise(w, profile_)
+
+    def _value(self, w: int, profile: FloatArray) -> float:
+        problem, objective = self.problems[w], self.objectives[w]
+        loads = problem.curves.evaluate(profile)
+        value = problem.value_of(loads, problem.travel(profile), objective)
+        return rank(problem, objective, loads, value)
+
+    def _raise(self, w: int, profile: FloatArray) -> bool:
+        """Go on from a profile that suits a wind better than its own optimum; True if it does."""
+        problem, objective = self.problems[w], self.objectives[w]
+        profile = problem.repaired(profile)
+        if self._value(w, profile) <= self.targets[w] + 1e-9 * abs(self.targets[w]):
+            return False
+        found = solve_local(problem, objective, profile, settings=ScpSettings().finishing())
+        best = max((profile, found.profile), key=lambda beta: self._value(w, beta))
+        self.own[w], self.targets[w] = best, self._value(w, best)
+        return True
+
+    def improve_own(self, rows: FloatArray) -> bool:
+        """Let the joint solution improve own optima that it beats; True if it beat any."""
+        better = False
+        for w in range(len(self.own)):
+            better = self._raise(w, rows[w % rows.shape[0]]) or better
+        return better
+
+    def own_starts(self) -> list[tuple[str, FloatArray]]:
+        """Own optima and what they are called."""
+        return [(f"optimum of {name}", p) for name, p in zip(self.labels, self.own, strict=True)]
+
+    # ---- joint -----------------------------------------------------------------------------
+
+    def solve(self, joint: JointProblem, starts: list[tuple[str, FloatArray]]) -> JointLocal:
+        """Joint search from the starts that the joint objective likes best.
+
+        The result is never worse than the best of the starts, all of them repaired.
+        """
+        ranked = []
+        for label, profile in starts:
+            start = Start(label=label, profile=joint.repaired(profile))
+            ranked.append((joint_rank(joint, start.profile), start))
+        ranked.sort(key=lambda one: -one[0])
+        chosen = [start for _, start in ranked[: self.starts]]
+        found = best_joint(joint, chosen)
+        if ranked[0][0] > joint_rank(joint, found.profile):
+            found = solve_joint(joint, chosen[0], settings=ScpSettings().finishing())
+        self.tick("joint design")
+        return found
+
+    def result(
+        self,
+        goal: str,
+        joint: JointProblem,
+        found: JointLocal,
+        change: float,
+        certify: bool,
+        began: float,
+    ) -> Several:
+        """The result object, bounded if wanted."""
+        bound: JointBound | None = None
+        if certify:
+            bound = joint_bound(joint, found.profile, multipliers=found.multipliers)
+            self.tick("bound")
+        shares = self.weights
+        if goal == "regret" and found.multipliers is not None:
+            shares = found.multipliers.shares
+        torque = np.array([abs(best.mean_torque) for best in self.constants])
+        scale = float(torque.max()) if goal == "regret" else float(self.weights @ torque)
+        value = joint.total(found.values)
+        rows = joint.split(found.profile)
+        if goal == "schedule" and joint.count < len(self.tasks):
+            rows = np.tile(rows, (len(self.tasks), 1))
+        return Several(
+            goal=goal,
+            azimuth=self.problems[0].curves.azimuth,
+            profiles=rows,
+            change=change,
+            winds=tuple(
+                WindResult(
+                    label=self.labels[w],
+                    weight=float(shares[w]),
+                    constant=self.constants[w],
+                    loads=found.loads[w],
+                    rms_weighted=task.weights.weighted(found.loads[w]),
+                    objective=float(found.values[w]),
+                    own_objective=float(self.targets[w]),
+                    own_profile=self.own[w],
+                )
+                for w, task in enumerate(self.tasks)
+            ),
+            objective=value,
+            upper_bound=None if bound is None else bound.upper_bound,
+            gap=None if bound is None else (bound.upper_bound - value) / scale,
+            certificate=None if bound is None else bound.multipliers,
+            status=found.status,
+            message=found.message,
+            start=found.start,
+            iterations=found.iterations,
+            seconds=time.perf_counter() - began,
+            history=found.history,
+            settings={
+                "goal": goal,
+                "mu": self.mu.tolist(),
+                "weights": None if goal == "regret" else self.weights.tolist(),
+                "change": None if np.isinf(change) else change,
+                "starts": self.starts,
+                "seed": self.seed,
+            },
+        )
+
+
+def _change(change: float) -> float:
+    return np.inf if change == np.inf else finite_number("change", change, at_least=0)
+
+
+def _weights(weights: ArrayLike | None, count: int) -> FloatArray:
+    if weights is None:
+        return np.full(count, 1.0 / count)
+    array = finite_array("weights", weights)
+    if array.size != count:
+        raise InputError(f"weights: got {array.size}, expected {count}, one for each wind")
+    if np.any(array < 0) or not array.sum() > 0:
+        raise InputError(
+            f"weights: got {array.tolist()}, expected numbers of 0 or more that are not all 0"
+        )
+    return np.asarray(array / array.sum())
+
+
+def _prices(mu: ArrayLike, count: int) -> FloatArray:
+    array = finite_array("mu", np.atleast_1d(np.asarray(mu)))
+    if array.size not in (1, count):
+        raise InputError(f"mu: got {array.size} numbers, expected one, or {count}, one a wind")
+    return np.broadcast_to(array, (count,))
