@@ -28,6 +28,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 _FINISHED = 2  # how many of the rough solutions are finished
+_LEAST_RADIUS = float(np.radians(0.02))  # smaller steps are taken faster on cells
 _NEAR = 2e-3  # share of torque by which a rough one may trail the best and still be finished
 
 
@@ -173,7 +174,8 @@ def solve_joint(
         Asked before every subproblem; True ends the run with what it has.
     """
     began = time.perf_counter()
-    run = _JointRun(joint, start.profile, settings or ScpSettings(), should_stop)
+    settings = settings or ScpSettings(least_radius=_LEAST_RADIUS)
+    run = _JointRun(joint, start.profile, settings, should_stop)
     status, message = run.walk()
     loads = joint.loads(run.profile)
     return JointLocal(
@@ -198,9 +200,7 @@ def best_joint(
     They are told apart by rough solves on smoothed curves; the best two are finished on the
     curves themselves.
     """
-    full = settings or ScpSettings()
-    if len(starts) == 1:
-        return solve_joint(joint, starts[0], settings=full)
+    full = settings or ScpSettings(least_radius=_LEAST_RADIUS)
     rough = []
     for start in starts:
         found = solve_joint(joint.softened, start, settings=full.rough())

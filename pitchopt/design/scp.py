@@ -58,6 +58,8 @@ class ScpSettings:
     ----------
     radius : float
         First half-width of the trust region [rad].
+    least_radius : float
+        Half-width below which phase 1 hands over [rad].
     tolerance : float
         Promised gain, as a share of the torque scale, at which phase 1 hands over.
     finish : float
@@ -71,6 +73,7 @@ class ScpSettings:
     """
 
     radius: float = np.radians(3.0)
+    least_radius: float = 1e-6
     tolerance: float = 3e-6
     finish: float = 1e-8
     max_steps: int = 40
@@ -245,7 +248,7 @@ class Walk(ABC, Generic[A]):
                 self.accept(candidate, merit)
             if ratio < 0.25:
                 radius = 0.35 * min(radius, max(moved, 0.1 * radius))
-                if radius < 1e-6:
+                if radius < self.settings.least_radius:
                     return True
             elif ratio > 0.75 and moved > 0.8 * radius:
                 radius *= 2.0

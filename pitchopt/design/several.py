@@ -31,7 +31,7 @@ from pitchopt.design.points import PointFinder
 from pitchopt.design.problem import DesignProblem, Objective
 from pitchopt.design.results import Design, Status
 from pitchopt.design.scp import ScpSettings, solve_local
-from pitchopt.design.search import Start, rank
+from pitchopt.design.search import Start, best_local, rank
 from pitchopt.design.task import DesignTask, Progress
 from pitchopt.errors import InputError
 
@@ -39,6 +39,7 @@ __all__ = ["Several", "WindResult", "robust", "schedule"]
 
 FloatArray = NDArray[np.float64]
 
+_EVERY = 4  # of so many winds one is searched from all starts, the others from its neighbour's
 _ZERO_CHANGE = 1e-9  # [rad]; a smaller change leaves one profile for all speeds
 
 
@@ -204,11 +205,12 @@ def robust(
     problems, objectives = team.problems, team.objectives
     mean = JointProblem.of(problems, objectives, weights=team.weights)
     team.find_own()
-    found = team.solve(mean, [(label, profile) for label, profile in team.own_starts()])
     joint = mean
+    found = team.solve(mean, team.own_starts(), 1 if goal == "regret" else team.starts)
     for _ in range(3 if goal == "regret" else 0):
         joint = JointProblem.of(problems, objectives, targets=team.targets)
-        found = team.solve(joint, [(found.start, found.profile), *team.own_starts()])
+        starts_ = [("weighted mean", found.profile), *team.own_starts()]
+        found = team.solve(joint, starts_, max(team.starts - 1, 1))
         if not team.improve_own(found.profile[None, :]):
             break
     if goal == "mean":
@@ -265,10 +267,10 @@ def schedule(
         own = [design for _, design in team.own_starts()]
         first = [("own optima", np.concatenate(own))]
         first += [(label, np.tile(profile, count)) for label, profile in team.own_starts()]
-    found = team.solve(joint, first)
+    found = team.solve(joint, first, team.starts)
     rows = np.tile(found.profile, (count, 1)) if shared else joint.split(found.profile)
     if team.improve_own(rows) and not shared:
-        found = team.solve(joint, [(found.start, found.profile)])
+        found = team.solve(joint, [(found.start, found.profile)], 1)
     return team.result("schedule", joint, found, change, certify, began)
 
 
@@ -335,16 +337,24 @@ class _Team:
     # ---- own optima ------------------------------------------------------------------------
 
     def find_own(self) -> None:
-        """Each wind's own optimum by the single-wind search, its predecessor's among the starts."""
+        """Each wind's own optimum by the single-wind search.
+
+        Some winds from all starts, the others from their predecessor's optimum and the best
+        constant pitch; then every wind goes on from any other's optimum that suits it better.
+        """
         for w, task in enumerate(self.tasks):
-            power = power_max(task, reference=self.constants[w])
-            finder = PointFinder(
-                task, self.constants[w], power, self.starts, False, self.seed, None, total=1
-            )
-            first = finder.first_starts(self.objectives[w])
+            constant, objective = self.constants[w], self.objectives[w]
+            if w % _EVERY == 0 or w == len(self.tasks) - 1:
+                power = power_max(task, reference=constant)
+                finder = PointFinder(
+                    task, constant, power, self.starts, False, self.seed, None, total=1
+                )
+                first = finder.first_starts(objective)
+            else:
+                first = [Start(label="best constant", profile=constant.profile)]
             if self.own:
                 first.append(Start(label="neighbour", profile=self.own[-1]))
-            found = finder.solve(self.objectives[w], first).solution
+            found = best_local(self.problems[w], objective, first).solution
             self.own.append(found.profile)
             self.targets[w] = self._value(w, found.profile)
             self.tick(self.labels[w])
@@ -383,8 +393,10 @@ class _Team:
 
     # ---- joint -----------------------------------------------------------------------------
 
-    def solve(self, joint: JointProblem, starts: list[tuple[str, FloatArray]]) -> JointLocal:
-        """Joint search from the starts that the joint objective likes best.
+    def solve(
+        self, joint: JointProblem, starts: list[tuple[str, FloatArray]], count: int
+    ) -> JointLocal:
+        """Joint search from so many of the starts, those that the joint objective likes best.
 
         The result is never worse than the best of the starts, all of them repaired.
         """
@@ -393,10 +405,10 @@ class _Team:
             start = Start(label=label, profile=joint.repaired(profile))
             ranked.append((joint_rank(joint, start.profile), start))
         ranked.sort(key=lambda one: -one[0])
-        chosen = [start for _, start in ranked[: self.starts]]
+        chosen = [start for _, start in ranked[:count]]
         found = best_joint(joint, chosen)
         if ranked[0][0] > joint_rank(joint, found.profile):
-            found = solve_joint(joint, chosen[0], settings=ScpSettings().finishing())
+            found = solve_joint(joint, chosen[0])
         self.tick("joint design")
         return found
 
