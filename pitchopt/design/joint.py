@@ -126,8 +126,7 @@ class JointProblem:
         ]
         low = np.stack([np.max([p.curves.lower for p in group], axis=0) for group in groups])
         high = np.stack([np.min([p.curves.upper for p in group], axis=0) for group in groups])
-        limits = [_strictest(group) for group in groups]
-        steps = np.array([limit.step(low.shape[1]) for limit in limits])
+        steps = np.array([min(p.step for p in group) for group in groups])
         low, high = _envelope(low, steps, change), -_envelope(-high, steps, change)
         if np.any(low >= high):
             where = divmod(int(np.argmax(low - high)), low.shape[1])
@@ -136,6 +135,7 @@ class JointProblem:
                 + (f" of profile {where[0]}" if len(groups) > 1 else "")
                 + f" (from {np.degrees(low[where]):.3f} to {np.degrees(high[where]):.3f} deg)"
             )
+        limits = [_strictest(group) for group in groups]
         narrowed = tuple(
             replace(p, curves=p.curves.with_limits(low[s], high[s]), limits=limits[s])
             for p, s in zip(problems, owner, strict=True)

@@ -149,8 +149,9 @@ def joint_bound(
     beta: FloatArray,
     *,
     multipliers: JointMultipliers | None = None,
-    rounds: int = 5,
-    tolerance: float = 5e-4,
+    rounds: int = 12,
+    tolerance: float = 1e-4,
+    work: int = 60_000,
 ) -> JointBound | None:
     """Bound a joint problem, near the value of its hull relaxation.
 
@@ -164,6 +165,8 @@ def joint_bound(
         Those of the last subproblem: a bound by themselves, should the cone solver fail.
     rounds : int
         At most this many rounds.
+    work : int
+        Points times winds at which no further round begins.
     tolerance : float
         Bound less the value of the cone program, as a share of torque, that ends them.
 
@@ -192,6 +195,8 @@ def joint_bound(
         if best is None or bound < best.upper_bound:
             best = JointBound(upper_bound=bound, multipliers=mult, rounds=count, closed=closed)
         if closed:
+            break
+        if points.size * len(joint.problems) / joint.count >= work:
             break
         at = total.argmax(axis=1)
         near = [grid[rows, np.clip(at + shift, 0, last + 1)] for shift in (-1, 0, 1)]

@@ -12,6 +12,7 @@ never worse than any of them.
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -40,6 +41,8 @@ __all__ = ["Several", "WindResult", "robust", "schedule"]
 FloatArray = NDArray[np.float64]
 
 _EVERY = 4  # of so many winds one is searched from all starts, the others from its neighbour's
+_LARGEST_SHIFT = float(np.radians(5.0))
+_SHIFTS = 21  # shifts that are tried from one wind to the next
 _ZERO_CHANGE = 1e-9  # [rad]; a smaller change leaves one profile for all speeds
 
 
@@ -250,7 +253,7 @@ def schedule(
     """
     change = _change(change)
     began = time.perf_counter()
-    team = _Team(tasks, mu, weights, labels, starts, seed, progress, more=2 if certify else 1)
+    team = _Team(tasks, mu, weights, labels, starts, seed, progress, more=4 if certify else 3)
     shared = change <= _ZERO_CHANGE
     count = len(team.problems)
     joint = JointProblem.of(
@@ -264,10 +267,13 @@ def schedule(
     if shared:
         first = team.own_starts()
     else:
-        own = [design for _, design in team.own_starts()]
-        first = [("own optima", np.concatenate(own))]
-        first += [(label, np.tile(profile, count)) for label, profile in team.own_starts()]
-    found = team.solve(joint, first, team.starts)
+        first = [("own optima", np.concatenate(team.own)), *team.shifted(change)]
+        alike = team.own_starts()
+        with contextlib.suppress(InputError):  # the winds' limits may leave nothing in common
+            mean = JointProblem.of(team.problems, team.objectives, weights=team.weights)
+            alike.append(("one profile for all", team.solve(mean, alike, team.starts).profile))
+        first += [(label, np.tile(profile, count)) for label, profile in alike]
+    found = team.solve(joint, first, 2 * team.starts)
     rows = np.tile(found.profile, (count, 1)) if shared else joint.split(found.profile)
     if team.improve_own(rows) and not shared:
         found = team.solve(joint, [(found.start, found.profile)], 1)
@@ -373,7 +379,10 @@ class _Team:
         """Go on from a profile that suits a wind better than its own optimum; True if it does."""
         problem, objective = self.problems[w], self.objectives[w]
         profile = problem.repaired(profile)
-        if self._value(w, profile) <= self.targets[w] + 1e-9 * abs(self.targets[w]):
+        gain = self._value(w, profile) - self.targets[w]
+        if gain <= 1e-9 * abs(self.targets[w]):
+            if gain > 0:
+                self.own[w], self.targets[w] = profile, self.targets[w] + gain
             return False
         found = solve_local(problem, objective, profile, settings=ScpSettings().finishing())
         best = max((profile, found.profile), key=lambda beta: self._value(w, beta))
@@ -390,6 +399,28 @@ class _Team:
     def own_starts(self) -> list[tuple[str, FloatArray]]:
         """Own optima and what they are called."""
         return [(f"optimum of {name}", p) for name, p in zip(self.labels, self.own, strict=True)]
+
+    def shifted(self, change: float) -> list[tuple[str, FloatArray]]:
+        """For every wind its own optimum, carried on to the others by the best constant shifts.
+
+        From one wind to the next the profile moves as a whole, by the shift within the change
+        that suits the next wind best.
+        """
+        count = len(self.own)
+        reach = min(change, _LARGEST_SHIFT)
+        starts = []
+        for first, label in enumerate(self.labels):
+            rows = [self.own[first]] * count
+            for side in (range(first + 1, count), range(first - 1, -1, -1)):
+                previous = self.own[first]
+                for w in side:
+                    moved = [previous + shift for shift in np.linspace(-reach, reach, _SHIFTS)]
+                    moved = [self.problems[w].repaired(profile) for profile in moved]
+                    values = [self._value(w, profile) for profile in moved]
+                    previous = moved[int(np.argmax(values))]
+                    rows[w] = previous
+            starts.append((f"optimum of {label}, shifted", np.concatenate(rows)))
+        return starts
 
     # ---- joint -----------------------------------------------------------------------------
 

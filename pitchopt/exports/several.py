@@ -72,10 +72,15 @@ def several_document(
 
 
 def schedule_csv(result: Several) -> str:
-    """Table of a controller: azimuth_deg, then one column of pitch [deg] for each wind."""
+    """Table of a controller: azimuth_deg, then one column of pitch [deg] for each wind.
+
+    One profile for several winds has one column, ``pitch_deg all winds``.
+    """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    labels = [wind.label for wind in result.winds][: result.profiles.shape[0]]
+    labels = [wind.label for wind in result.winds]
+    if result.profiles.shape[0] < len(labels):
+        labels = ["all winds"]
     writer.writerow([_AZIMUTH, *(f"pitch_deg {label}" for label in labels)])
     for row in np.rad2deg(np.column_stack([result.azimuth, result.profiles.T])):
         writer.writerow([repr(float(value)) for value in row])
