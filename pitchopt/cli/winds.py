@@ -21,7 +21,7 @@ from pitchopt.errors import InputError
 
 if TYPE_CHECKING:
     from pitchopt.cases import Case
-    from pitchopt.design.several import Several
+    from pitchopt.design.several_results import Several
 
 __all__ = ["Winds", "finish", "price_option", "read_winds", "shared_settings"]
 

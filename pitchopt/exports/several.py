@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitchopt.aero.curves import LOADS
-from pitchopt.design.several import Several, WindResult
+from pitchopt.design.several_results import Several, WindResult
 from pitchopt.errors import InputError
 from pitchopt.exports.files import read_text
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pitchopt.design.results import Design, Tradeoff
-    from pitchopt.design.several import Several
+    from pitchopt.design.several_results import Several
 
 __all__ = ["loads_figure", "png", "profiles_figure", "several_figures", "tradeoff_figure"]
 

@@ -11,7 +11,7 @@ from pitchopt.plotting.style import BLACK, BLUE, ORANGE, axes_or_new, engineerin
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from pitchopt.design.several import Several
+    from pitchopt.design.several_results import Several
 
 __all__ = ["plot_regrets", "plot_several_profiles"]
 
