@@ -124,6 +124,11 @@ class JointProblem:
             [p for p, o in zip(problems, owner, strict=True) if o == s]
             for s in range(max(owner) + 1)
         ]
+        if len(groups) > 1 and any(p.constant_only for p in problems):
+            raise InputError(
+                "pitch_rate: a limit of zero leaves each wind of a schedule one constant pitch, "
+                "expected more than 0"
+            )
         low = np.stack([np.max([p.curves.lower for p in group], axis=0) for group in groups])
         high = np.stack([np.min([p.curves.upper for p in group], axis=0) for group in groups])
         steps = np.array([min(p.step for p in group) for group in groups])

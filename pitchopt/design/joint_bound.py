@@ -44,6 +44,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 _ROUNDING = 64.0 * np.finfo(np.float64).eps
+_LEAST_STEP = 1e-9  # [rad]
 _FIRST_POINTS = 7  # pitches per station in the first round, evenly spaced
 
 
@@ -152,7 +153,7 @@ def joint_bound(
     rounds: int = 12,
     tolerance: float = 1e-4,
     work: int = 60_000,
-) -> JointBound | None:
+) -> JointBound:
     """Bound a joint problem, near the value of its hull relaxation.
 
     Parameters
@@ -162,7 +163,8 @@ def joint_bound(
     beta : array (S N,)
         Good profiles; their pitch is among the first points of every station.
     multipliers : JointMultipliers, optional
-        Those of the last subproblem: a bound by themselves, should the cone solver fail.
+        Those of the last subproblem, none at all by default: a bound by themselves, should the
+        cone solver fail.
     rounds : int
         At most this many rounds.
     work : int
@@ -172,13 +174,11 @@ def joint_bound(
 
     Returns
     -------
-    JointBound or None
-        None when the cone solver failed in the first round and there are no multipliers.
+    JointBound
     """
-    best: JointBound | None = None
-    if multipliers is not None:
-        bound, _, _ = joint_lagrangian(joint, multipliers)
-        best = JointBound(upper_bound=bound, multipliers=multipliers, rounds=0, closed=False)
+    multipliers = joint.no_multipliers if multipliers is None else multipliers
+    bound, _, _ = joint_lagrangian(joint, multipliers)
+    best = JointBound(upper_bound=bound, multipliers=multipliers, rounds=0, closed=False)
     grid, last = joint.breakpoints(0.0)
     rows = np.arange(grid.shape[0])
     shares = np.linspace(0.0, 1.0, _FIRST_POINTS)
@@ -192,7 +192,7 @@ def joint_bound(
         value, mult = solved
         bound, grid, total = joint_lagrangian(joint, mult)
         closed = bound - value <= tolerance * scale
-        if best is None or bound < best.upper_bound:
+        if bound < best.upper_bound:
             best = JointBound(upper_bound=bound, multipliers=mult, rounds=count, closed=closed)
         if closed:
             break
@@ -213,7 +213,9 @@ def _minimise(
     program = ConeProgram()
     t = program.variables("t", index.size, cost=1.0).start
     w = program.variables("w", index.size).start
-    excess = program.variables("excess", index.size, cost=np.repeat(joint.steps, n) / scale).start
+    # a price of zero would leave the multipliers of the rate without a limit
+    price = np.maximum(np.repeat(joint.steps, n), _LEAST_STEP) / scale
+    excess = program.variables("excess", index.size, cost=price).start
     q = -1
     if joint.weights is None:
         assert joint.targets is not None

@@ -21,6 +21,7 @@ from pitchopt.design.joint_subproblem import JointSolution, solve_joint_subprobl
 from pitchopt.design.results import Status
 from pitchopt.design.scp import PENALTY_START, ScpSettings, Walk, reduced_slope
 from pitchopt.design.search import Start
+from pitchopt.design.uniform import best_uniform
 
 __all__ = ["JointLocal", "best_joint", "joint_rank", "solve_joint"]
 
@@ -174,6 +175,8 @@ def solve_joint(
         Asked before every subproblem; True ends the run with what it has.
     """
     began = time.perf_counter()
+    if joint.constant_only:
+        return _solve_uniform(joint, start)
     settings = settings or ScpSettings(least_radius=_LEAST_RADIUS)
     run = _JointRun(joint, start.profile, settings, should_stop)
     status, message = run.walk()
@@ -192,6 +195,34 @@ def solve_joint(
     )
 
 
+def _solve_uniform(joint: JointProblem, start: Start) -> JointLocal:
+    """The best constant pitch of one profile, where the limits leave nothing else."""
+    began = time.perf_counter()
+
+    def score(pitch: float) -> float:
+        return joint_rank(joint, np.full(joint.stations, pitch))
+
+    pitch, tried = best_uniform(joint.problems, joint.objectives, score)
+    profile = np.full(joint.stations, pitch)
+    loads = joint.loads(profile)
+    merit = _JointMerit(joint, profile)
+    status, message = Status.CONVERGED, "limits leave constant pitch only"
+    if any(merit.broken(profile, 1e-6)):
+        status, message = Status.INFEASIBLE, f"{message}; {merit.missed(profile)}"
+    return JointLocal(
+        profile=profile,
+        loads=loads,
+        values=joint.values(profile, loads),
+        multipliers=None,
+        status=status,
+        message=message,
+        start=start.label,
+        iterations=tried,
+        seconds=time.perf_counter() - began,
+        history=(merit(profile),),
+    )
+
+
 def best_joint(
     joint: JointProblem, starts: Sequence[Start], *, settings: ScpSettings | None = None
 ) -> JointLocal:
@@ -201,6 +232,8 @@ def best_joint(
     curves themselves.
     """
     full = settings or ScpSettings(least_radius=_LEAST_RADIUS)
+    if joint.constant_only:
+        return solve_joint(joint, starts[0])
     rough = []
     for start in starts:
         found = solve_joint(joint.softened, start, settings=full.rough())

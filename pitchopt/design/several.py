@@ -82,13 +82,16 @@ def robust(
     team.find_own()
     joint = mean
     found = team.solve(mean, team.own_starts(), 1 if goal == "regret" else team.starts)
-    for _ in range(3 if goal == "regret" else 0):
-        joint = JointProblem.of(problems, objectives, targets=team.targets)
-        starts_ = [("weighted mean", found.profile), *team.own_starts()]
-        found = team.solve(joint, starts_, max(team.starts - 1, 1))
-        if not team.improve_own(found.profile[None, :]):
-            break
-    if goal == "mean":
+    if goal == "regret":
+        for _ in range(3):
+            joint = JointProblem.of(problems, objectives, targets=team.targets.copy())
+            first = [("weighted mean", found.profile), *team.own_starts()]
+            found = team.solve(joint, first, max(team.starts - 1, 1))
+            if not team.improve_own(found.profile[None, :]):
+                break
+        # own optima that the last profile raised count in what is reported
+        joint = JointProblem.of(problems, objectives, targets=team.targets.copy())
+    else:
         team.improve_own(found.profile[None, :])
     return team.result(goal, joint, found, np.inf, certify, began)
 

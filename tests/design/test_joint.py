@@ -166,7 +166,6 @@ class TestBound:
         joint, rng = drawn(seed)
         found = solve_joint(joint, Start(label="", profile=feasible(joint, rng)))
         bound = joint_bound(joint, found.profile, multipliers=found.multipliers)
-        assert bound is not None
         value = joint.total(found.values)
         if within(joint, found.profile):
             assert bound.upper_bound >= value
@@ -198,7 +197,6 @@ class TestBound:
             found = solve_joint(joint, Start(label="", profile=start))
             assert found.status is Status.CONVERGED
             bound = joint_bound(joint, found.profile)
-            assert bound is not None
             value = joint.total(found.values)
             assert value <= bound.upper_bound <= value + 2e-5 * problems[0].torque_scale
 
@@ -213,7 +211,7 @@ class TestBound:
         single = relax(problem, objective)
         joint = JointProblem.of([problem], [objective], weights=np.ones(1))
         bound = joint_bound(joint, np.zeros(12), tolerance=1e-6)
-        assert single is not None and bound is not None
+        assert single is not None
         assert bound.upper_bound == pytest.approx(
             single.upper_bound, abs=2e-5 * problem.torque_scale
         )
@@ -232,7 +230,6 @@ class TestBound:
         joint = JointProblem.of(problems, [objective] * 3, weights=np.ones(3) / 3)
         bound = joint_bound(joint, np.zeros(12), tolerance=1e-6)
         own = [relax(problem, objective) for problem in problems]
-        assert bound is not None
         total = np.mean([one.upper_bound for one in own if one is not None])
         assert bound.upper_bound <= total + 1e-5 * problems[0].torque_scale
 

@@ -175,6 +175,15 @@ class TestOneProfile:
         ]
         assert found.objective >= max(values) - 1e-6 * abs(max(values))
 
+    @pytest.mark.parametrize("goal", ["mean", "regret"])
+    def test_bound_of_constant_pitch_only(self, goal: str) -> None:
+        limits = PitchLimits(rotor_speed=2.0, pitch_rate=0.0)
+        found = robust(speeds(1.0, 1.2, limits=limits), mu=MU, goal=goal)
+        assert found.status is Status.CONVERGED
+        assert found.gap is not None and 0 <= found.gap < 0.1
+        with pytest.raises(InputError, match="pitch_rate: a limit of zero"):
+            schedule(speeds(1.0, 1.2, limits=limits), mu=MU, change=0.1)
+
     def test_model_with_loads_between_stations(self) -> None:
         one = DesignTask(model=SmoothModel(), positions=6, limits=wide_limits(0.5))
         found = robust([one, one], mu=MU, certify=False)
