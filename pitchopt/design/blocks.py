@@ -182,6 +182,12 @@ class CurveBlock:
             return [*self._costs, (self.profile.travel + self.profile.index, price)]
         return self._costs
 
+    @property
+    def unit(self) -> float:
+        """Size of what the box can change of the value [N m]."""
+        terms = [self.objective.rms[q] * self.units[q] for q in self.loads]
+        return max([self.objective.torque * self.torque_unit, *terms, 1e-300])
+
     # ---- rows ------------------------------------------------------------------------------
 
     def constrain(self, program: ConeProgram, penalty: tuple[float, float]) -> None:

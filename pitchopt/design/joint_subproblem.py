@@ -137,7 +137,7 @@ def _goal(
                 program.add_cost(columns, share * values)
         return float(joint.weights @ [block.constant for block in blocks]), None
     assert joint.targets is not None
-    unit = max(block.torque_unit for block in blocks)
+    unit = max(block.unit for block in blocks)
     r = program.variables("regret", 1, cost=unit).start
     gaps = np.array([t - b.constant for t, b in zip(joint.targets, blocks, strict=True)])
     base = float(gaps.max())
