@@ -30,7 +30,7 @@ IntArray = NDArray[np.intp]
 
 _FINISHED = 2  # how many of the rough solutions are finished
 _LEAST_RADIUS = float(np.radians(0.02))  # smaller steps are taken faster on cells
-_NEAR = 2e-3  # share of torque by which a rough one may trail the best and still be finished
+_NEAR = 5e-4  # share of torque by which a rough one may trail the best and still be finished
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
