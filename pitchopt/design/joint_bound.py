@@ -214,7 +214,7 @@ def _minimise(
     t = program.variables("t", index.size, cost=1.0).start
     w = program.variables("w", index.size).start
     # a price of zero would leave the multipliers of the rate without a limit
-    price = np.maximum(np.repeat(joint.steps, n), _LEAST_STEP) / scale
+    price = np.maximum(np.repeat(joint.steps, n), _LEAST_STEP)
     excess = program.variables("excess", index.size, cost=price).start
     q = -1
     if joint.weights is None:
@@ -227,7 +227,7 @@ def _minimise(
     v = over = -1
     if linked:
         v = program.variables("v", index.size - n).start
-        price = np.full(index.size - n, joint.change / scale)
+        price = np.full(index.size - n, joint.change)
         over = program.variables("over", index.size - n, cost=price).start
     duals = [_WindDual(program, joint, k, -1 if q < 0 else q + k, scale) for k in range(winds)]
     if q >= 0:
@@ -242,9 +242,9 @@ def _minimise(
         for k, objective in enumerate(joint.objectives):
             mine = joint.profile_of[k] * n + np.arange(n)
             if objective.travel > 0 and joint.weights is None:
-                entries.append((mine, np.full(n, q + k), -objective.travel))
+                entries.append((mine, np.full(n, q + k), -objective.travel / scale))
             elif joint.weights is not None:
-                kappa[mine] += joint.weights[k] * objective.travel
+                kappa[mine] += joint.weights[k] * objective.travel / scale
         program.nonneg(kappa, *entries)
         if linked:
             k_ = np.arange(index.size - n)
@@ -252,7 +252,7 @@ def _minimise(
     program.nonneg(np.zeros(index.size), (index, excess + index, -1.0))
     # bracket(beta) - t <= 0 at every point
     station = np.repeat(index, points.shape[1])
-    pitch = points.ravel() / scale
+    pitch = points.ravel()
     row = np.arange(station.size)
     before = station - station % n + (station - 1) % n
     rows: list[tuple[Any, Any, Any]] = [
@@ -284,8 +284,8 @@ def _minimise(
     mult = JointMultipliers(
         shares=shares,
         winds=tuple(dual.multipliers(x) for dual in duals),
-        rate=joint.split(x[w : w + index.size]),
-        link=x[v : v + index.size - n].reshape(count - 1, n)
+        rate=scale * joint.split(x[w : w + index.size]),
+        link=scale * x[v : v + index.size - n].reshape(count - 1, n)
         if linked
         else np.zeros((count - 1, n)),
         basis=np.zeros((count, n)),

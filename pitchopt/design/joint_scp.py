@@ -30,6 +30,7 @@ IntArray = NDArray[np.intp]
 
 _FINISHED = 2  # how many of the rough solutions are finished
 _LEAST_RADIUS = float(np.radians(0.02))  # smaller steps are taken faster on cells
+_FINISH = 3e-7  # share of torque that a set of cells must gain for the walk to go on
 _NEAR = 5e-4  # share of torque by which a rough one may trail the best and still be finished
 
 
@@ -229,9 +230,10 @@ def best_joint(
     """Best of the local solutions from several starts.
 
     They are told apart by rough solves on smoothed curves; the best two are finished on the
-    curves themselves.
+    curves themselves.  With many winds the cells are narrow and many of them gain next to
+    nothing, so that the walk over them ends sooner than that of one wind.
     """
-    full = settings or ScpSettings(least_radius=_LEAST_RADIUS)
+    full = settings or ScpSettings(least_radius=_LEAST_RADIUS, finish=_FINISH)
     if joint.constant_only:
         return solve_joint(joint, starts[0])
     rough = []
