@@ -24,7 +24,7 @@ def proof_settings(options: Mapping[str, Any]) -> Iterator[bool | ProofSettings]
     leave an interrupt from the keyboard to the command, which keeps what is proven by then.
     """
     _checked(options)
-    if options["no_certify"] or options["certify"] != "deep":
+    if not _deep(options):
         yield not options["no_certify"]
         return
     from pitchopt.design import ProofSettings
@@ -51,17 +51,24 @@ def proof_settings(options: Mapping[str, Any]) -> Iterator[bool | ProofSettings]
 
 def certify_record(options: Mapping[str, Any]) -> dict[str, Any]:
     """The same for the record of settings."""
-    record: dict[str, Any] = {"certify": "none" if options["no_certify"] else options["certify"]}
-    if record["certify"] == "deep":
-        record["certify_gap"] = options["certify_gap"]
-        record["certify_seconds"] = options["certify_seconds"]
-    return record
+    if not _deep(options):
+        return {"certify": "none" if options["no_certify"] else "fast"}
+    return {
+        "certify": "deep",
+        "certify_gap": options["certify_gap"],
+        "certify_seconds": options["certify_seconds"],
+    }
+
+
+def _deep(options: Mapping[str, Any]) -> bool:
+    """True for branch and bound; commands without the option have none."""
+    return options.get("certify") == "deep" and not options["no_certify"]
 
 
 def _checked(options: Mapping[str, Any]) -> None:
-    if options["no_certify"] and options["certify"] == "deep":
+    if options["no_certify"] and options.get("certify") == "deep":
         raise InputError(
             "--no-certify: got it together with --certify deep, expected one of the two"
         )
-    if options.get("resume") and options["certify"] != "deep":
+    if options.get("resume") and options.get("certify") != "deep":
         raise InputError("--resume: got a file without --certify deep, expected both or neither")

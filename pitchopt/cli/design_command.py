@@ -108,7 +108,7 @@ def solve(case: Case, options: dict[str, Any]) -> Solved:
             task,
             starts=options["starts"],
             certify=certify,
-            resume=_resumed(options["resume"]),
+            resume=_resumed(options.get("resume")),
             seed=options["seed"],
             progress=progress,
             **goals,

@@ -118,6 +118,7 @@ def search_options(function: F) -> F:
             "--starts", type=Option("n", whole(1, 1000)), default=5, show_default=True,
             help="Profiles that a local search starts from.",
         ),
+        click.option("--no-certify", is_flag=True, help="Leave out the proven bounds."),
         click.option(
             "--seed", type=Option("n", whole(0, 2**63 - 1)), default=0, show_default=True,
             help="Seed of the random starts beyond the first five.",
@@ -147,7 +148,6 @@ def certify_options(function: F) -> F:
             "--workers", type=Option("n", whole(1, 1024)), metavar="N",
             help="Processes of the branch and bound.  [default: one a processor]",
         ),
-        click.option("--no-certify", is_flag=True, help="Leave out the proven bounds."),
     ]  # fmt: skip
     return _stacked(function, options)
 

@@ -19,6 +19,7 @@ from pitchopt.design.proof import (
 from pitchopt.design.relaxation import Relaxation, relax
 from pitchopt.design.results import Compared, Design, LocalSolution, Status, Tradeoff
 from pitchopt.design.scp import ScpSettings, solve_local
+from pitchopt.design.several import Several, WindResult, robust, schedule
 from pitchopt.design.task import CurvesModel, DesignTask, PitchModel
 
 __all__ = [
@@ -40,8 +41,10 @@ __all__ = [
     "ProvenBound",
     "Relaxation",
     "ScpSettings",
+    "Several",
     "Status",
     "Tradeoff",
+    "WindResult",
     "check_proof",
     "compared",
     "constant",
@@ -51,6 +54,8 @@ __all__ = [
     "power_max",
     "prove",
     "relax",
+    "robust",
+    "schedule",
     "solve_local",
     "tradeoff",
 ]

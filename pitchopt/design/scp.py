@@ -19,9 +19,10 @@ Reference for phase 1: paper 003, section IV.B.
 from __future__ import annotations
 
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,16 +35,17 @@ from pitchopt.design.uniform import solve_uniform
 from pitchopt.errors import InputError
 
 if TYPE_CHECKING:
+    from pitchopt.aero.curves import BladeCurves
     from pitchopt.design.program import ConvexSubproblem
 
     Solver = Subproblem | ConvexSubproblem
 
-__all__ = ["LocalSolution", "ScpSettings", "solve_local"]
+__all__ = ["LocalSolution", "Merit", "ScpSettings", "Walk", "reduced_slope", "solve_local"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
-_PENALTY_START = 10.0
+PENALTY_START = 10.0
 _PENALTY_MAX = 1e7
 _SLOW = 25  # cells that together gain less than ten times the finishing gain end the walk
 
@@ -56,6 +58,8 @@ class ScpSettings:
     ----------
     radius : float
         First half-width of the trust region [rad].
+    least_radius : float
+        Half-width below which phase 1 hands over [rad].
     tolerance : float
         Promised gain, as a share of the torque scale, at which phase 1 hands over.
     finish : float
@@ -69,6 +73,7 @@ class ScpSettings:
     """
 
     radius: float = np.radians(3.0)
+    least_radius: float = 1e-6
     tolerance: float = 3e-6
     finish: float = 1e-8
     max_steps: int = 40
@@ -87,10 +92,11 @@ class ScpSettings:
 class _Merit:
     """True merit of profiles, with the exact-penalty weights of the moment."""
 
-    def __init__(self, problem: DesignProblem, objective: Objective) -> None:
+    def __init__(self, problem: DesignProblem, objective: Objective, start: FloatArray) -> None:
         self.problem = problem
         self.objective = objective
-        self.penalty = (_PENALTY_START, _PENALTY_START * max(1.0, *objective.rms))
+        self.scale = max(abs(float(problem.curves.evaluate(start).mean[0])), 1e-300)
+        self.penalty = (PENALTY_START, PENALTY_START * max(1.0, *objective.rms))
 
     def __call__(self, profile: FloatArray) -> float:
         loads = self.problem.curves.evaluate(profile)
@@ -99,77 +105,117 @@ class _Merit:
         torque, blade = self.problem.excess(loads, self.objective)
         return value - self.penalty[0] * torque - self.penalty[1] * blade
 
+    def broken(self, profile: FloatArray, share: float) -> tuple[bool, bool]:
+        torque, blade = self.excess(profile)
+        cap = self.objective.blade_cap
+        return torque > share * self.scale, bool(blade > share * cap) and np.isfinite(cap)
+
+    def missed(self, profile: FloatArray) -> str:
+        torque, blade = self.excess(profile)
+        return f"torque limit missed by {torque:.4g} N m, blade cap by {blade:.4g} N m"
+
     def excess(self, profile: FloatArray) -> tuple[float, float]:
         return self.problem.excess(self.problem.curves.evaluate(profile), self.objective)
 
 
-class _Run:
-    """State of one local solve."""
+class Answer(Protocol):
+    """What a subproblem returns, as far as the walk looks at it."""
+
+    @property
+    def profile(self) -> FloatArray:
+        """Pitch of all stations [rad]."""
+        ...
+
+    @property
+    def value(self) -> float:
+        """Value that the model promises [N m]."""
+        ...
+
+    @property
+    def solved(self) -> bool:
+        """False when every fallback failed."""
+        ...
+
+
+class Merit(Protocol):
+    """True merit of profiles, with the exact-penalty weights of the moment."""
+
+    penalty: tuple[float, float]
+    scale: float
+
+    def __call__(self, profile: FloatArray) -> float:
+        """Value less the penalties [N m]."""
+        ...
+
+    def broken(self, profile: FloatArray, share: float) -> tuple[bool, bool]:
+        """Whether torque limits and blade cap are missed by more than a share of their size."""
+        ...
+
+    def missed(self, profile: FloatArray) -> str:
+        """By how much they are missed, for a message."""
+        ...
+
+
+A = TypeVar("A", bound=Answer)
+
+
+class Walk(ABC, Generic[A]):
+    """The two phases, for whatever has a merit, a repair, cells and a subproblem.
+
+    Attributes
+    ----------
+    edges : ndarray (N, K)
+        Edges of the cells of every station, in rising order; all loads are affine between
+        neighbours.
+    last : int or int ndarray (N,)
+        Index of the last cell.
+    """
 
     def __init__(
         self,
-        problem: DesignProblem,
-        objective: Objective,
         start: FloatArray,
+        *,
+        merit: Merit,
+        repaired: Callable[[FloatArray], FloatArray],
+        edges: FloatArray,
+        last: int | IntArray,
         settings: ScpSettings,
-        subproblem: Solver,
         should_stop: Callable[[], bool] | None,
     ) -> None:
-        self.problem, self.objective, self.settings = problem, objective, settings
-        self.subproblem = subproblem
+        self.merit, self.repaired, self.settings = merit, repaired, settings
+        self.edges, self.last_cell = edges, last
         self.should_stop = should_stop
-        self.merit = _Merit(problem, objective)
-        self.profile = problem.repaired(start)
-        self.best = self.merit(self.profile)
-        self.scale = max(abs(float(problem.curves.evaluate(self.profile).mean[0])), 1e-300)
+        self.profile = repaired(start)
+        self.best = merit(self.profile)
+        self.scale = merit.scale
         self.history = [self.best]
-        self.last: SubproblemSolution | None = None
+        self.last: A | None = None
         self.solves, self.solver_seconds, self.failures = 0, 0.0, 0
-        self.fallback: ConvexSubproblem | None = None
         self.kept = self.profile if self.feasible() else None  # the last feasible profile
 
-    def solve(
-        self, low: FloatArray, high: FloatArray, segments: IntArray | None = None
-    ) -> SubproblemSolution:
-        """One subproblem; a failure is tried again with the other scaling, then by cvxpy.
+    @abstractmethod
+    def solve(self, low: FloatArray, high: FloatArray, segments: IntArray | None = None) -> A:
+        """One subproblem around the profile, in a box or on one cell."""
 
-        A cvxpy subproblem handed in by the caller may hold constraints that no other path
-        knows, and stands alone.
-        """
-        point = np.clip(self.profile, low, high)
-        direct = isinstance(self.subproblem, Subproblem)
-        for attempt in range(3 if direct else 1):
-            self.solves += 1
-            if attempt == 2 and self.fallback is None:
-                from pitchopt.design.program import ConvexSubproblem
+    @abstractmethod
+    def cell(self, profile: FloatArray) -> IntArray:
+        """Cell that holds each station's pitch, shape (N,)."""
 
-                self.fallback = ConvexSubproblem(self.problem, self.objective)
-            solver = self.subproblem if attempt < 2 or self.fallback is None else self.fallback
-            options: dict[str, Any] = {}
-            if self.settings.smooth and segments is None and isinstance(solver, Subproblem):
-                options["chord"] = max(0.2 * float(np.max(high - low)) / 2, 1e-4)
-                options["multipliers"] = None if self.last is None else self.last.multipliers
-            out = solver.solve(
-                point,
-                self.objective,
-                low=low,
-                high=high,
-                penalty=self.merit.penalty,
-                segments=segments,
-                tight=attempt == 1,
-                **options,
-            )
-            self.solver_seconds += out.solve_seconds
-            if out.solved:
-                self.last = out
-                return out
-        self.failures += 1
-        return out
+    @abstractmethod
+    def reduced_slope(self, out: A, segment: IntArray) -> FloatArray:
+        """Slope of the Lagrangian in each station's pitch on the given cells [N m/rad]."""
 
     def stopped(self) -> bool:
+        """True when the caller wants the run to end."""
         return self.should_stop is not None and self.should_stop()
 
+    @staticmethod
+    def chord(low: FloatArray, high: FloatArray) -> float:
+        """Half-width over which a smooth run takes slopes [rad]."""
+        return max(0.2 * float(np.max(high - low)) / 2, 1e-4)
+
     def accept(self, profile: FloatArray, merit: float) -> None:
+        """Move to a profile."""
         self.profile, self.best = profile, merit
         self.history.append(merit)
         if self.feasible():
@@ -189,7 +235,7 @@ class _Run:
                 if radius < 1e-7:
                     return False
                 continue
-            candidate = self.problem.repaired(out.profile)
+            candidate = self.repaired(out.profile)
             merit = self.merit(candidate)
             promised = out.value - self.best
             if promised <= self.settings.tolerance * self.scale:
@@ -202,7 +248,7 @@ class _Run:
                 self.accept(candidate, merit)
             if ratio < 0.25:
                 radius = 0.35 * min(radius, max(moved, 0.1 * radius))
-                if radius < 1e-6:
+                if radius < self.settings.least_radius:
                     return True
             elif ratio > 0.75 and moved > 0.8 * radius:
                 radius *= 2.0
@@ -212,20 +258,19 @@ class _Run:
 
     def cells(self) -> bool:
         """Walk over segment cells to a local optimum; False when cells ran out."""
-        curves = self.problem.curves
-        rows, last = np.arange(curves.stations), curves.beta.shape[1] - 2
-        segment = curves.segment(self.profile)
+        rows = np.arange(self.profile.size)
+        segment = self.cell(self.profile)
         threshold = self.settings.finish * self.scale
         trail: list[float] = []
         waiting: list[tuple[IntArray, FloatArray, IntArray]] = []
         for count in range(self.settings.max_cells):
             if self.stopped():
                 return False
-            low, high = curves.beta[rows, segment], curves.beta[rows, segment + 1]
+            low, high = self.edges[rows, segment], self.edges[rows, segment + 1]
             out = self.solve(low, high, segments=segment)
             if not out.solved:
                 return False
-            candidate = self.problem.repaired(out.profile)
+            candidate = self.repaired(out.profile)
             merit = self.merit(candidate)
             gain = merit - self.best
             if gain > 0:
@@ -247,7 +292,7 @@ class _Run:
                 waiting.append((old, strength, half))
                 segment = old + half
                 continue
-            move, strength = self._moves(out, segment, low, high, last)
+            move, strength = self._moves(out, segment, low, high)
             if not np.any(move):
                 return True
             waiting = [(segment, strength, move)]
@@ -256,61 +301,30 @@ class _Run:
 
     def _moves(
         self,
-        out: SubproblemSolution,
+        out: A,
         segment: IntArray,
         low: FloatArray,
         high: FloatArray,
-        last: int,
     ) -> tuple[IntArray, FloatArray]:
         """Stations on the edge of their segment whose neighbour's slopes gain."""
+        last = self.last_cell
         edge = 1e-3 * (high - low) + 1e-10  # wider than the solver's accuracy
         up = (out.profile > high - edge) & (segment < last)
         down = (out.profile < low + edge) & (segment > 0)
-        slope_up = self._reduced_slope(out.multipliers, np.minimum(segment + 1, last))
-        slope_down = -self._reduced_slope(out.multipliers, np.maximum(segment - 1, 0))
-        floor = 1e-6 * float(np.max(np.abs(self._reduced_slope(out.multipliers, segment))))
+        slope_up = self.reduced_slope(out, np.minimum(segment + 1, last))
+        slope_down = -self.reduced_slope(out, np.maximum(segment - 1, 0))
+        floor = 1e-6 * float(np.max(np.abs(self.reduced_slope(out, segment))))
         floor = max(floor, 1e-9 * self.scale)
         up &= slope_up > floor
         down &= slope_down > floor
         move = up.astype(np.intp) - (down & ~up).astype(np.intp)
         return move, np.where(up, slope_up, np.where(down, slope_down, 0.0))
 
-    def _reduced_slope(self, mult: Multipliers, segment: IntArray) -> FloatArray:
-        """Slope of the Lagrangian in each station's pitch on the given segments [N m/rad]."""
-        curves = self.problem.curves
-        slopes = curves.slopes[:, np.arange(curves.stations), segment]
-        gain = self.objective.torque + mult.torque_min - mult.torque_max
-        y = np.concatenate([np.tile(mult.loads, (1, curves.blades)), mult.blade[None]])
-        torque_rate, load_rate = self._rate_terms(y, gain)
-        return np.asarray(
-            gain * slopes[0] / curves.positions
-            - np.sum(y * slopes, axis=0)
-            + torque_rate
-            - load_rate
-            + mult.rate
-            - np.roll(mult.rate, 1)
-            - mult.mean / curves.stations
-            - mult.basis
-        )
-
-    def _rate_terms(self, y: FloatArray, gain: float) -> tuple[FloatArray, FloatArray]:
-        """Pitch-rate terms of neighbouring stations, folded onto each station's pitch."""
-        curves = self.problem.curves
-        half = 0.5 / curves.spacing
-        torque = gain * curves.rates[0] / curves.positions
-        loads = np.sum(y * curves.rates, axis=0)
-        return (
-            (np.roll(torque, 1) - np.roll(torque, -1)) * half,
-            (np.roll(loads, 1) - np.roll(loads, -1)) * half,
-        )
-
     # ---- constraints with a penalty --------------------------------------------------------
 
     def raise_penalty(self) -> bool:
         """Make the penalties of violated constraints dearer; False when they are kept."""
-        torque, blade = self.merit.excess(self.profile)
-        bad_torque = torque > 1e-7 * self.scale
-        bad_blade = blade > 1e-7 * max(self.objective.blade_cap, 1e-300)
+        bad_torque, bad_blade = self.merit.broken(self.profile, 1e-7)
         if not bad_torque and not bad_blade:
             return False
         first, second = self.merit.penalty
@@ -326,9 +340,135 @@ class _Run:
         return True
 
     def feasible(self) -> bool:
-        torque, blade = self.merit.excess(self.profile)
-        cap = self.objective.blade_cap
-        return torque <= 1e-6 * self.scale and (np.isinf(cap) or blade <= 1e-6 * cap)
+        """True when the profile keeps torque limits and blade cap."""
+        return not any(self.merit.broken(self.profile, 1e-6))
+
+    # ---- both together ---------------------------------------------------------------------
+
+    def walk(self) -> tuple[Status, str]:
+        """Both phases until no limit is broken; how it ended, in a word and a sentence."""
+        settled = False
+        for _ in range(10):
+            self.trust_region()
+            settled = self.cells()
+            if not self.raise_penalty():
+                break
+        lost = self.kept is not None and not self.feasible()
+        if lost and self.kept is not None:
+            self.profile = self.kept
+        if self.failures and not settled:
+            return Status.SOLVER_FAILED, "cone solver failed in every fallback"
+        if not self.feasible():
+            return Status.INFEASIBLE, self.merit.missed(self.profile)
+        if not settled or lost:
+            return Status.ITERATION_LIMIT, f"stopped after {self.solves} subproblems"
+        return Status.CONVERGED, "no segment next to the profile gains more"
+
+
+class _Run(Walk[SubproblemSolution]):
+    """The local solve of one problem."""
+
+    def __init__(
+        self,
+        problem: DesignProblem,
+        objective: Objective,
+        start: FloatArray,
+        settings: ScpSettings,
+        subproblem: Solver,
+        should_stop: Callable[[], bool] | None,
+    ) -> None:
+        curves = problem.curves
+        super().__init__(
+            start,
+            merit=_Merit(problem, objective, problem.repaired(start)),
+            repaired=problem.repaired,
+            edges=curves.beta,
+            last=curves.beta.shape[1] - 2,
+            settings=settings,
+            should_stop=should_stop,
+        )
+        self.problem, self.objective, self.subproblem = problem, objective, subproblem
+        self.fallback: ConvexSubproblem | None = None
+
+    def cell(self, profile: FloatArray) -> IntArray:
+        """Segment that holds each station's pitch."""
+        return self.problem.curves.segment(profile)
+
+    def solve(
+        self, low: FloatArray, high: FloatArray, segments: IntArray | None = None
+    ) -> SubproblemSolution:
+        """One subproblem; a failure is tried again with the other scaling, then by cvxpy.
+
+        A cvxpy subproblem handed in by the caller may hold constraints that no other path
+        knows, and stands alone.
+        """
+        point = np.clip(self.profile, low, high)
+        direct = isinstance(self.subproblem, Subproblem)
+        for attempt in range(3 if direct else 1):
+            self.solves += 1
+            if attempt == 2 and self.fallback is None:
+                from pitchopt.design.program import ConvexSubproblem
+
+                self.fallback = ConvexSubproblem(self.problem, self.objective)
+            solver = self.subproblem if attempt < 2 or self.fallback is None else self.fallback
+            options: dict[str, Any] = {}
+            if self.settings.smooth and segments is None and isinstance(solver, Subproblem):
+                options["chord"] = self.chord(low, high)
+                options["multipliers"] = None if self.last is None else self.last.multipliers
+            out = solver.solve(
+                point,
+                self.objective,
+                low=low,
+                high=high,
+                penalty=self.merit.penalty,
+                segments=segments,
+                tight=attempt == 1,
+                **options,
+            )
+            self.solver_seconds += out.solve_seconds
+            if out.solved:
+                self.last = out
+                return out
+        self.failures += 1
+        return out
+
+    def reduced_slope(self, out: SubproblemSolution, segment: IntArray) -> FloatArray:
+        """Slope of the Lagrangian in each station's pitch on the given segments [N m/rad]."""
+        return reduced_slope(self.problem.curves, self.objective.torque, out.multipliers, segment)
+
+
+def reduced_slope(
+    curves: BladeCurves, torque: float, mult: Multipliers, segment: IntArray
+) -> FloatArray:
+    """Slope of the Lagrangian in each station's pitch on the given segments, (N,) [N m/rad].
+
+    ``torque`` is the price of mean torque in the objective.
+    """
+    slopes = curves.slopes[:, np.arange(curves.stations), segment]
+    gain = torque + mult.torque_min - mult.torque_max
+    y = np.concatenate([np.tile(mult.loads, (1, curves.blades)), mult.blade[None]])
+    torque_rate, load_rate = _rate_terms(curves, y, gain)
+    return np.asarray(
+        gain * slopes[0] / curves.positions
+        - np.sum(y * slopes, axis=0)
+        + torque_rate
+        - load_rate
+        + mult.rate
+        - np.roll(mult.rate, 1)
+        - mult.mean / curves.stations
+        - mult.basis
+    )
+
+
+def _rate_terms(curves: BladeCurves, y: FloatArray, gain: float) -> tuple[FloatArray, FloatArray]:
+    """Pitch-rate terms of neighbouring stations, folded onto each station's pitch."""
+    half = 0.5 / curves.spacing
+    torque = gain * curves.rates[0] / curves.positions
+    loads = np.sum(y * curves.rates, axis=0)
+    return (
+        (np.roll(torque, 1) - np.roll(torque, -1)) * half,
+        (np.roll(loads, 1) - np.roll(loads, -1)) * half,
+    )
 
 
 def solve_local(
@@ -375,27 +515,8 @@ def solve_local(
         subproblem or Subproblem(problem),
         should_stop,
     )
-    settled = False
-    for _ in range(10):
-        run.trust_region()
-        settled = run.cells()
-        if not run.raise_penalty():
-            break
-    lost = run.kept is not None and not run.feasible()
-    if lost and run.kept is not None:
-        run.profile = run.kept
+    status, message = run.walk()
     loads = problem.curves.evaluate(run.profile)
-    if run.failures and not settled:
-        status, message = Status.SOLVER_FAILED, "cone solver failed in every fallback"
-    elif not run.feasible():
-        torque, blade = run.merit.excess(run.profile)
-        status = Status.INFEASIBLE
-        message = f"torque limit missed by {torque:.4g} N m, blade cap by {blade:.4g} N m"
-    elif not settled or lost:
-        status = Status.ITERATION_LIMIT
-        message = f"stopped after {run.solves} subproblems"
-    else:
-        status, message = Status.CONVERGED, "no segment next to the profile gains more"
     n, m = problem.curves.stations, problem.curves.positions
     multipliers = Multipliers.zero(n, m) if run.last is None else run.last.multipliers
     return LocalSolution(

@@ -28,6 +28,10 @@ FIGURES = {
         "run, positions": ["seconds", "subproblems", "seconds_per_subproblem", "peak_memory_mb"],
         "exponent, positions": ["exponent_run", "exponent_subproblem", "aim"],
     },
+    "robust": {
+        "design": ["cpu_seconds", "cpu_seconds_own_optima", "gap_percent", "largest_regret"],
+        "exponent": ["exponent_design", "exponent_joint", "exponent_bound", "exponent_regret"],
+    },
     "scp_vs_ipopt": {
         "trade-off point": ["ratio", "objective_lead_percent", "ratio_is_lower_bound"],
         "summary": ["formulations", "fastest_formulation"],
