@@ -95,7 +95,8 @@ def test_tradeoff_prints_a_table_and_writes_its_files(run, small, tmp_path):
         assert text in done.out, text
     assert names(tmp_path) == ["here"]
     assert names(tmp_path / "here") == [
-        "loads.png", "profiles.npz", "profiles.png", "tradeoff.csv", "tradeoff.json",
+        "certificates.npz", "loads.png", "profiles.npz", "profiles.png", "tradeoff.csv",
+        "tradeoff.json",
         "tradeoff.png", "wind.png",
     ]  # fmt: skip
     rows = list(csv.DictReader((tmp_path / "here" / "tradeoff.csv").read_text().splitlines()))
@@ -207,7 +208,8 @@ def test_design(run, small, tmp_path, goal, label):
 def test_design_draws(run, small, tmp_path):
     assert run("design", *small, "--mu", "5", "--no-certify").status == 0
     assert names(tmp_path / "design-biegel2011") == [
-        "design.json", "loads.png", "profile.csv", "profiles.npz", "profiles.png", "wind.png",
+        "certificates.npz", "design.json", "loads.png", "profile.csv", "profiles.npz",
+        "profiles.png", "wind.png",
     ]  # fmt: skip
 
 

@@ -156,6 +156,11 @@ class Frame:
         return replace(projected(self.problem, self.objective, mult), box=mult.box)
 
 
+def _over(value: float, weights: FloatArray) -> FloatArray:
+    """The value over each weight; infinite where that is zero."""
+    return np.where(weights > 0, value / np.where(weights > 0, weights, 1.0), np.inf)
+
+
 def _rate_ranges(frame: Frame, lower: FloatArray, upper: FloatArray) -> FloatArray:
     """Range of the pitch-rate terms of the four rotor loads at each station, (4, N, 2)."""
     curves = frame.problem.curves
@@ -179,10 +184,10 @@ def _position_ranges(
     ``room`` is a T_high - cut, the most that the weighted RMS values can cost.
     """
     m = frame.positions
-    lam = frame.lambdas[:4]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        per_weight = np.where(lam > 0, np.sqrt(m - 1) * room / lam, np.inf)
-    spread = np.minimum(np.sqrt(m - 1) * region.rms, per_weight)
+    per_weight = spread = np.zeros(4)
+    if m > 1:
+        per_weight = np.sqrt(m - 1) * _over(room, frame.lambdas[:4])
+        spread = np.minimum(np.sqrt(m - 1) * region.rms, per_weight)
     rates = _rate_ranges(frame, region.lower, region.upper)
     rates = rates.reshape(4, frame.blades, m, 2).sum(axis=1)
     out = np.empty((4, m, 2))
@@ -238,8 +243,7 @@ def tightened(
         room += _ROUNDING * (abs(frame.objective.torque * means[0, 1]) + abs(cut))
         if room < 0:
             return None
-        with np.errstate(divide="ignore"):
-            rms = np.minimum(rms, room / frame.lambdas[:4])
+        rms = np.minimum(rms, _over(room, frame.lambdas[:4]))
         before = float(np.sum(upper - lower))
         now = Region(lower=lower, upper=upper, means=means, rms=rms)
         ranges, spread, per_weight = _position_ranges(frame, now, room)
@@ -341,9 +345,8 @@ def dual_step(
         return bound, None
     m = frame.positions
     spare = frame.lambdas[:4] - np.sqrt(m) * np.linalg.norm(mult.loads, axis=1)
-    with np.errstate(divide="ignore"):
-        rms = np.where(spare > 1e-6 * frame.lambdas[:4], slack / spare, np.inf)
-        reach = np.where(mult.box != 0, slack / np.abs(mult.box), np.inf)
+    rms = _over(slack, np.where(spare > 1e-6 * frame.lambdas[:4], spare, 0.0))
+    reach = _over(slack, np.abs(mult.box))
     means = np.stack(
         [
             np.where(mult.box > 0, region.means[:, 1] - reach, -np.inf) - frame.pads,
