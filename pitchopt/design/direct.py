@@ -99,7 +99,7 @@ class LinearModel:
         self.torque_gradient = self.slopes[0] / curves.positions + self.torque_rate
 
     def _bend(self, chord: float) -> None:
-        """Slopes and curvature of the loads over a chord around the point, in place of kinks."""
+        """Curvature of the loads over a chord around the point."""
         curves, point = self.curves, self.point
         left = np.maximum(point - chord, curves.lower)
         right = np.minimum(point + chord, curves.upper)
@@ -109,7 +109,6 @@ class LinearModel:
         down = np.where(before > 1e-9, down, up)
         up = np.where(after > 1e-9, up, down)
         self.curvature = 2.0 * (up - down) / (before + after)
-        self.slopes = (before * down + after * up) / (before + after)
 
     def unit(self, load: int, tight: bool) -> float:
         """Size of a load in the box, which scales its cone.
@@ -169,8 +168,7 @@ class Subproblem:
         tight : bool
             Scale by the loads' own size and accept less accuracy: the fallback.
         chord : float
-            Half-width [rad] over which slopes are taken instead of on segments; zero for
-            segments.
+            Half-width [rad] over which the curvature of the loads is taken; zero for none.
         multipliers : Multipliers, optional
             With a chord: the curvature of the loads, weighted by these, enters the objective
             where it is convex, as in sequential quadratic programming.

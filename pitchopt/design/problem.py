@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from pitchopt.aero.curves import BladeCurves, RotorLoads
 from pitchopt.checks import finite_number, whole_number
+from pitchopt.design.coarse import stride, subsampled
 from pitchopt.design.limits import PitchLimits
 from pitchopt.design.smoothing import smoothed
 from pitchopt.errors import InputError
@@ -183,6 +184,12 @@ class DesignProblem:
         """Mean over the stations of the largest torque of all blades [N m]."""
         peak = np.abs(self.curves.torque).max(axis=1)
         return float(peak.mean()) * self.curves.blades or 1.0
+
+    @cached_property
+    def coarse(self) -> DesignProblem | None:
+        """The problem at every s-th rotor position, None where the positions are few."""
+        step = stride(self.curves.positions)
+        return None if step == 1 else self.with_curves(subsampled(self.curves, step))
 
     @cached_property
     def softened(self) -> DesignProblem:

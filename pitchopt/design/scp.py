@@ -5,7 +5,9 @@ Two phases, both monotone in the true merit of the BladeCurves,
     merit = value - rho_T (excess of the torque limits) - rho_b (excess of the blade cap).
 
 1. Trust region: solve the subproblem of :mod:`pitchopt.design.direct` in a box around the
-   profile, judge the step by the ratio of true to promised gain, grow or shrink the box.
+   profile, with the curvature of the loads where it is convex; where the step gains much less
+   than promised, bring it back to the promised loads (:mod:`pitchopt.design.restoration`);
+   judge it by the ratio of true to promised gain, grow or shrink the box.
 2. Cells: with every station confined to the segment it stands on, all loads are affine and the
    subproblem *is* the problem, so one solve gives the cell's exact optimum.  A station that
    ends on the edge of its segment is moved to the neighbouring one when the multipliers say
@@ -13,6 +15,7 @@ Two phases, both monotone in the true merit of the BladeCurves,
    move gains, the profile is a local optimum of the piecewise-linear problem.
 
 Phase 1 alone stalls on the kinks of the loads, where no single slope describes both sides.
+With many rotor positions phase 1 runs on every s-th of them first (:mod:`pitchopt.design.coarse`).
 Reference for phase 1: paper 003, section IV.B.
 """
 
@@ -26,9 +29,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pitchopt.design.coarse import interpolated, stride, widened
 from pitchopt.design.direct import Subproblem, SubproblemSolution
 from pitchopt.design.multipliers import Multipliers
 from pitchopt.design.problem import DesignProblem, Objective
+from pitchopt.design.restoration import restored
 from pitchopt.design.results import LocalSolution, Status
 from pitchopt.design.uniform import solve_uniform
 from pitchopt.errors import InputError
@@ -45,6 +50,8 @@ IntArray = NDArray[np.intp]
 
 _PENALTY_START = 10.0
 _PENALTY_MAX = 1e7
+_CHORD = 0.2  # of the trust region, over which curvature is taken
+_POOR = 0.75  # share of the promised gain below which a step is brought back to its loads
 _SLOW = 25  # cells that together gain less than ten times the finishing gain end the walk
 
 
@@ -63,9 +70,8 @@ class ScpSettings:
         cells together).
     max_steps, max_cells : int
         Limits on the subproblems of the two phases.
-    smooth : bool
-        Take slopes over a fifth of the trust region and add the loads' curvature, which needs
-        far fewer steps than segments do but cannot settle on them.
+    coarse : bool
+        Start on fewer rotor positions where there are many.
     """
 
     radius: float = np.radians(3.0)
@@ -73,15 +79,15 @@ class ScpSettings:
     finish: float = 1e-8
     max_steps: int = 40
     max_cells: int = 250
-    smooth: bool = False
+    coarse: bool = True
 
     def rough(self) -> ScpSettings:
         """Good enough to tell starts apart; the best of them is finished in full."""
-        return replace(self, tolerance=5e-4, max_steps=15, max_cells=0, smooth=True)
+        return replace(self, tolerance=5e-4, max_steps=15, max_cells=0)
 
     def finishing(self) -> ScpSettings:
         """From the end of a rough solve."""
-        return replace(self, radius=min(self.radius, float(np.radians(0.5))))
+        return replace(self, radius=min(self.radius, float(np.radians(0.5))), coarse=False)
 
 
 class _Merit:
@@ -123,7 +129,7 @@ class _Run:
         self.best = self.merit(self.profile)
         self.scale = max(abs(float(problem.curves.evaluate(self.profile).mean[0])), 1e-300)
         self.history = [self.best]
-        self.last: SubproblemSolution | None = None
+        self.multipliers: Multipliers | None = None
         self.solves, self.solver_seconds, self.failures = 0, 0.0, 0
         self.fallback: ConvexSubproblem | None = None
         self.kept = self.profile if self.feasible() else None  # the last feasible profile
@@ -146,9 +152,9 @@ class _Run:
                 self.fallback = ConvexSubproblem(self.problem, self.objective)
             solver = self.subproblem if attempt < 2 or self.fallback is None else self.fallback
             options: dict[str, Any] = {}
-            if self.settings.smooth and segments is None and isinstance(solver, Subproblem):
-                options["chord"] = max(0.2 * float(np.max(high - low)) / 2, 1e-4)
-                options["multipliers"] = None if self.last is None else self.last.multipliers
+            if segments is None and isinstance(solver, Subproblem):
+                options["chord"] = max(_CHORD * float(np.max(high - low)) / 2, 1e-4)
+                options["multipliers"] = self.multipliers
             out = solver.solve(
                 point,
                 self.objective,
@@ -161,7 +167,7 @@ class _Run:
             )
             self.solver_seconds += out.solve_seconds
             if out.solved:
-                self.last = out
+                self.multipliers = out.multipliers
                 return out
         self.failures += 1
         return out
@@ -174,6 +180,28 @@ class _Run:
         self.history.append(merit)
         if self.feasible():
             self.kept = profile
+
+    def begin_coarse(self) -> None:
+        """Go on from the end of phase 1 on fewer rotor positions, if that is the better start."""
+        coarse = self.problem.coarse
+        if coarse is None:
+            return
+        step = stride(self.problem.curves.positions)
+        found = solve_local(
+            coarse,
+            self.objective,
+            self.profile[::step],
+            settings=replace(self.settings, coarse=False, max_cells=0),
+            should_stop=self.should_stop,
+        )
+        self.solves += found.iterations
+        self.solver_seconds += found.solver_seconds
+        profile = self.problem.repaired(interpolated(found.profile, step))
+        merit = self.merit(profile)
+        if merit > self.best:
+            self.accept(profile, merit)
+            self.multipliers = widened(found.multipliers, step)
+            self.settings = self.settings.finishing()
 
     # ---- phase 1 ---------------------------------------------------------------------------
 
@@ -196,6 +224,8 @@ class _Run:
                 if merit > self.best:
                     self.accept(candidate, merit)
                 return True
+            if merit - self.best < _POOR * promised:
+                candidate, merit = self._restored(out, candidate, merit)
             ratio = (merit - self.best) / promised
             moved = float(np.max(np.abs(candidate - self.profile)))
             if ratio > 0.05:
@@ -207,6 +237,19 @@ class _Run:
             elif ratio > 0.75 and moved > 0.8 * radius:
                 radius *= 2.0
         return False
+
+    def _restored(
+        self, out: SubproblemSolution, candidate: FloatArray, merit: float
+    ) -> tuple[FloatArray, float]:
+        """The better of a candidate and its step brought back to the loads promised."""
+        curves = self.problem.curves
+        point = np.clip(self.profile, curves.lower, curves.upper)
+        price = out.multipliers.cap
+        other = self.problem.repaired(
+            restored(self.problem, self.objective, point, candidate, cap_price=price)
+        )
+        value = self.merit(other)
+        return (other, value) if value > merit else (candidate, merit)
 
     # ---- phase 2 ---------------------------------------------------------------------------
 
@@ -375,6 +418,8 @@ def solve_local(
         subproblem or Subproblem(problem),
         should_stop,
     )
+    if run.settings.coarse and isinstance(run.subproblem, Subproblem):
+        run.begin_coarse()
     settled = False
     for _ in range(10):
         run.trust_region()
@@ -397,12 +442,11 @@ def solve_local(
     else:
         status, message = Status.CONVERGED, "no segment next to the profile gains more"
     n, m = problem.curves.stations, problem.curves.positions
-    multipliers = Multipliers.zero(n, m) if run.last is None else run.last.multipliers
     return LocalSolution(
         profile=run.profile,
         loads=loads,
         value=problem.value(run.profile, objective),
-        multipliers=multipliers,
+        multipliers=run.multipliers or Multipliers.zero(n, m),
         status=status,
         message=message,
         iterations=run.solves,
