@@ -50,6 +50,7 @@ IntArray = NDArray[np.intp]
 
 _PENALTY_START = 10.0
 _PENALTY_MAX = 1e7
+_COARSE_TOLERANCE = 1e-5  # enough for a start
 _CHORD = 0.2  # of the trust region, over which curvature is taken
 _POOR = 0.75  # share of the promised gain below which a step is brought back to its loads
 _SLOW = 25  # cells that together gain less than ten times the finishing gain end the walk
@@ -75,7 +76,7 @@ class ScpSettings:
     """
 
     radius: float = np.radians(3.0)
-    tolerance: float = 3e-6
+    tolerance: float = 5e-7
     finish: float = 1e-8
     max_steps: int = 40
     max_cells: int = 250
@@ -191,7 +192,12 @@ class _Run:
             coarse,
             self.objective,
             self.profile[::step],
-            settings=replace(self.settings, coarse=False, max_cells=0),
+            settings=replace(
+                self.settings,
+                coarse=False,
+                max_cells=0,
+                tolerance=max(self.settings.tolerance, _COARSE_TOLERANCE),
+            ),
             should_stop=self.should_stop,
         )
         self.solves += found.iterations
