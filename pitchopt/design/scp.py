@@ -52,6 +52,8 @@ _PENALTY_START = 10.0
 _PENALTY_MAX = 1e7
 _COARSE_TOLERANCE = 1e-5  # enough for a start
 _CHORD = 0.2  # of the trust region, over which curvature is taken
+_LAST_RADIUS = 3e-4  # [rad], of the steps without curvature that end phase 1
+_WELL_OFF = 2e-5  # share of torque gained by cells that shows a stall of phase 1
 _POOR = 0.75  # share of the promised gain below which a step is brought back to its loads
 _SLOW = 25  # cells that together gain less than ten times the finishing gain end the walk
 
@@ -131,6 +133,8 @@ class _Run:
         self.scale = max(abs(float(problem.curves.evaluate(self.profile).mean[0])), 1e-300)
         self.history = [self.best]
         self.multipliers: Multipliers | None = None
+        self.curved = True  # whether the model has the curvature of the loads
+        self.stalled = False  # whether the trust region shrank to nothing on kinks
         self.solves, self.solver_seconds, self.failures = 0, 0.0, 0
         self.fallback: ConvexSubproblem | None = None
         self.kept = self.profile if self.feasible() else None  # the last feasible profile
@@ -153,7 +157,7 @@ class _Run:
                 self.fallback = ConvexSubproblem(self.problem, self.objective)
             solver = self.subproblem if attempt < 2 or self.fallback is None else self.fallback
             options: dict[str, Any] = {}
-            if segments is None and isinstance(solver, Subproblem):
+            if segments is None and self.curved and isinstance(solver, Subproblem):
                 options["chord"] = max(_CHORD * float(np.max(high - low)) / 2, 1e-4)
                 options["multipliers"] = self.multipliers
             out = solver.solve(
@@ -213,7 +217,7 @@ class _Run:
 
     def trust_region(self) -> bool:
         """Move to where the linear loads promise nothing more; False when steps ran out."""
-        radius = self.settings.radius
+        radius, self.curved, self.stalled = self.settings.radius, True, False
         for _ in range(self.settings.max_steps):
             if self.stopped():
                 return False
@@ -226,10 +230,17 @@ class _Run:
             candidate = self.problem.repaired(out.profile)
             merit = self.merit(candidate)
             promised = out.value - self.best
+            moved = float(np.max(np.abs(candidate - self.profile)))
             if promised <= self.settings.tolerance * self.scale:
                 if merit > self.best:
                     self.accept(candidate, merit)
-                return True
+                if not self.curved:
+                    self.stalled = radius < 0.1 * _LAST_RADIUS
+                    return True
+                # curvature over a chord hides gains on the segments themselves
+                self.curved = False
+                radius = min(radius, max(moved, _LAST_RADIUS))
+                continue
             if merit - self.best < _POOR * promised:
                 candidate, merit = self._restored(out, candidate, merit)
             ratio = (merit - self.best) / promised
@@ -239,6 +250,7 @@ class _Run:
             if ratio < 0.25:
                 radius = 0.35 * min(radius, max(moved, 0.1 * radius))
                 if radius < 1e-6:
+                    self.stalled = True
                     return True
             elif ratio > 0.75 and moved > 0.8 * radius:
                 radius *= 2.0
@@ -429,7 +441,10 @@ def solve_local(
     settled = False
     for _ in range(10):
         run.trust_region()
+        before = run.best
         settled = run.cells()
+        if run.stalled and run.best - before > _WELL_OFF * run.scale:
+            continue  # off the kinks that phase 1 stalled on
         if not run.raise_penalty():
             break
     lost = run.kept is not None and not run.feasible()
