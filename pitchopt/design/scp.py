@@ -90,7 +90,7 @@ class ScpSettings:
 
     def finishing(self) -> ScpSettings:
         """From the end of a rough solve."""
-        return replace(self, radius=min(self.radius, float(np.radians(0.5))), coarse=False)
+        return replace(self, radius=min(self.radius, float(np.radians(0.5))))
 
 
 class _Merit:
