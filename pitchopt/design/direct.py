@@ -35,8 +35,8 @@ __all__ = ["LinearModel", "Subproblem", "SubproblemSolution", "torque_lines"]
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
-_DENSE_REACH = 6  # segments on either side of beta0 that always enter
-_MAX_LINES = 28  # torque lines per station; farther ones are thinned out
+_DENSE_REACH = 4  # segments on either side of beta0 that always enter
+_MAX_LINES = 20  # torque lines per station; farther ones are thinned out
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
