@@ -12,7 +12,7 @@ every s-th of them (:mod:`pitchopt.design.coarse`) choose the first columns.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,8 +29,7 @@ __all__ = ["HullSolution", "Relaxation", "relax", "solve_hull"]
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-_LITTLE = 1e-3  # of the gap to the profile's value; a round that closes less is idle
-_IDLE = 2  # idle rounds in a row that end the column generation
+_LITTLE = 1e-3  # of the gap to the profile's value; what is not worth another round
 _SPARSE = 40  # breakpoints in all for each one that columns are taken away from the best
 _FIRST_COLUMNS = 7  # breakpoints per station in the first round, evenly spaced
 
@@ -88,7 +87,8 @@ def relax(
     rounds : int
         At most this many rounds of column generation.
     tolerance : float
-        Bound minus relaxed value, as a share of the largest mean torque, that ends it.
+        Bound minus relaxed value, as a share of the largest mean torque, that ends it.  So does
+        a thousandth of the gap between the bound and the profile's value.
 
     Returns
     -------
@@ -102,7 +102,7 @@ def relax(
     best = _from_coarse(problem, objective, profile, rounds, tolerance, active)
     spread = min(_FIRST_COLUMNS, k) if best is None else 2
     active[:, np.unique(np.linspace(0, k - 1, spread).astype(int))] = True
-    rows, idle, known = np.arange(n), 0, None
+    rows, known = np.arange(n), None
     if profile is not None:
         j = curves.segment(profile)
         active[rows, j] = active[rows, j + 1] = True
@@ -121,17 +121,16 @@ def relax(
         value, mult, implied = solved.value, solved.multipliers, solved.profile
         mult = projected(problem, objective, mult)
         bound, values = lagrangian_bound(problem, objective, mult)
-        closed = bound - value <= tolerance * scale
-        least = tolerance * scale
-        if best is not None and known is not None:
-            least = max(least, _LITTLE * (best.upper_bound - known))
-        gains = best is None or bound < best.upper_bound - least
-        idle = 0 if gains else idle + 1
         if best is None or bound < best.upper_bound:
             best = Relaxation(
-                upper_bound=bound, multipliers=mult, profile=implied, rounds=count, closed=closed
+                upper_bound=bound, multipliers=mult, profile=implied, rounds=count, closed=False
             )
-        if closed or idle == _IDLE:
+        # what the relaxation of all columns may still be below the bound
+        left = best.upper_bound - value
+        if left <= tolerance * scale:
+            best = replace(best, closed=True)
+            break
+        if known is not None and left <= _LITTLE * (best.upper_bound - known):
             break
         top = values.max(axis=1)
         current = np.where(active, values, -np.inf).max(axis=1)

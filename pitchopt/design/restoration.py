@@ -60,7 +60,8 @@ def restored(
     """
     curves = problem.curves
     blades, m = curves.blades, curves.positions
-    if problem.basis is not None:
+    # one station has no variation, harmonics leave no freedom at a single position
+    if problem.basis is not None or curves.stations == 1:
         return profile
     rows, j = np.arange(curves.stations), curves.segment(point)
     slopes = curves.slopes[:, rows, j]
