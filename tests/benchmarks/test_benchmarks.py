@@ -26,7 +26,8 @@ FIGURES = {
     },
     "growth": {
         "run, positions": ["seconds", "subproblems", "seconds_per_subproblem", "peak_memory_mb"],
-        "exponent, positions": ["exponent_run", "exponent_subproblem", "aim"],
+        "exponent, positions": ["exponent_run", "exponent_subproblem", "exponent_bound", "aim"],
+        "largest": ["seconds", "point_seconds_aim", "bound_seconds", "peak_memory_mb"],
     },
     "scp_vs_ipopt": {
         "trade-off point": ["ratio", "objective_lead_percent", "ratio_is_lower_bound"],
