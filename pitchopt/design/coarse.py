@@ -1,9 +1,9 @@
 """Coarser rotor positions: a small problem that shows a large one where to start.
 
-Every s-th station of the curves makes a problem of its own, because s divides the number of
-rotor positions and stations n, n + m, ... stay together.  A profile found there is interpolated
-linearly, which keeps the rate limit.  Multipliers of loads are densities over the turn and
-shrink by s.
+Every s-th station of the curves makes a problem of its own (:attr:`DesignProblem.coarse`), where
+s divides the number of rotor positions so that stations n, n + m, ... stay together.  A profile
+found there is interpolated linearly, which keeps the rate limit.  Multipliers of loads are
+densities over the turn and shrink by s.
 """
 
 from __future__ import annotations
@@ -13,11 +13,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pitchopt.aero.curves import BladeCurves
-from pitchopt.aero.tables import CURVES, RATES
 from pitchopt.design.multipliers import Multipliers
 
-__all__ = ["interpolated", "stride", "subsampled", "widened"]
+__all__ = ["interpolated", "stride", "widened"]
 
 FloatArray = NDArray[np.float64]
 
@@ -27,12 +25,6 @@ _FEWEST = 60  # positions that still show every load of a rotor passing a tower
 def stride(positions: int) -> int:
     """The largest divisor of the positions that leaves 60 of them; 1 when none does."""
     return max(s for s in range(1, max(positions // _FEWEST, 1) + 1) if positions % s == 0)
-
-
-def subsampled(curves: BladeCurves, step: int) -> BladeCurves:
-    """The curves at every ``step``-th station."""
-    columns = {name: getattr(curves, name)[::step] for name in CURVES + RATES}
-    return replace(curves, azimuth=curves.azimuth[::step], beta=curves.beta[::step], **columns)
 
 
 def interpolated(values: FloatArray, step: int) -> FloatArray:

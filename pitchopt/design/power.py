@@ -5,8 +5,9 @@
 Each torque_n is the lower envelope of its segments' lines.  The lines near the present profile
 and a thinned selection of the far ones give an upper bound; the solution moves the selection,
 and the bound meets the true torque after a few solves.  With many rotor positions the first
-profile comes from every s-th of them (:mod:`pitchopt.design.coarse`).  Where torque is not concave (sampled
-equilibrium curves) the result is a local optimum, and the hull relaxation bounds it.
+profile comes from every s-th of them (:mod:`pitchopt.design.coarse`).  Where torque is not
+concave (sampled equilibrium curves) the result is a local optimum, and the hull relaxation
+bounds it.
 """
 
 from __future__ import annotations

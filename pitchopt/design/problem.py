@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from pitchopt.aero.curves import BladeCurves, RotorLoads
 from pitchopt.checks import finite_number, whole_number
-from pitchopt.design.coarse import stride, subsampled
+from pitchopt.design.coarse import stride
 from pitchopt.design.limits import PitchLimits
 from pitchopt.design.smoothing import smoothed
 from pitchopt.errors import InputError
@@ -194,7 +194,7 @@ class DesignProblem:
     def coarse(self) -> DesignProblem | None:
         """The problem at every s-th rotor position, None where the positions are few."""
         step = stride(self.curves.positions)
-        return None if step == 1 else self.with_curves(subsampled(self.curves, step))
+        return None if step == 1 else self.with_curves(self.curves.every(step))
 
     @cached_property
     def softened(self) -> DesignProblem:

@@ -90,7 +90,8 @@ def restored(
         loads = curves.evaluate(out)
         miss = (loads.rotor - rotor) * weight[:4, None]
         miss_blade = (loads.bending - bending) * weight[4]
-        gradient = (jacobian[:4] * np.tile(miss, (1, blades))).sum(axis=0) + jacobian[4] * miss_blade
+        gradient = (jacobian[:4] * np.tile(miss, (1, blades))).sum(axis=0)
+        gradient += jacobian[4] * miss_blade
         matrix = _banded(jacobian, blades, m, tied, held)
         right = np.stack([-gradient, np.ones_like(gradient)], axis=1)[_order(blades, m)]
         solved = np.empty_like(right)

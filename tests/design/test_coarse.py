@@ -9,13 +9,14 @@ import pytest
 from design_factories import best_nudge, drawn_case, random_profile, rotor_curves, wide_limits
 
 from pitchopt.design.certificate import lagrangian_bound, station_values
-from pitchopt.design.coarse import interpolated, stride, subsampled, widened
+from pitchopt.design.coarse import interpolated, stride, widened
 from pitchopt.design.multipliers import Multipliers
 from pitchopt.design.power import maximise_torque
 from pitchopt.design.problem import DesignProblem, Objective
 from pitchopt.design.relaxation import relax
 from pitchopt.design.results import Status
 from pitchopt.design.scp import ScpSettings, solve_local
+from pitchopt.errors import InputError
 
 OBJECTIVE = Objective(torque=1.0, rms=(3.0, 3.0, 3.0, 1.0, 0.0))
 
@@ -68,10 +69,14 @@ class TestStations:
 
     def test_columns_keep_their_rates(self) -> None:
         curves = rotor_curves(positions=8, rates=0.01, mean_pitch=0.05)
-        few = subsampled(curves, 4)
+        few = curves.every(4)
         assert few.positions == 2
         assert few.mean_pitch == curves.mean_pitch
         assert np.array_equal(few.rates, curves.rates[:, ::4])
+
+    def test_a_step_that_does_not_divide_the_positions(self) -> None:
+        with pytest.raises(InputError, match="step: got 3, expected a divisor of 8 positions"):
+            rotor_curves(positions=8).every(3)
 
 
 class TestResults:
@@ -108,9 +113,7 @@ class TestResults:
         assert coarse is not None and closed is not None and alone is not None
         first, _ = lagrangian_bound(large, objective, widened(coarse.multipliers, 2))
         assert first <= alone.upper_bound + 1e-3 * large.torque_scale
-        assert closed.upper_bound == pytest.approx(
-            alone.upper_bound, abs=3e-5 * large.torque_scale
-        )
+        assert closed.upper_bound == pytest.approx(alone.upper_bound, abs=3e-5 * large.torque_scale)
         rng = np.random.default_rng(2)
         for _ in range(20):
             value = large.value(random_profile(rng, large), objective)

@@ -133,9 +133,7 @@ class TestLimits:
         assert moved.mean() == pytest.approx(0.06, abs=1e-12)
 
     def test_harmonics_are_left_alone(self) -> None:
-        problem = DesignProblem(
-            curves=rotor_curves(positions=8), limits=wide_limits(), harmonics=2
-        )
+        problem = DesignProblem(curves=rotor_curves(positions=8), limits=wide_limits(), harmonics=2)
         profile = wave(24, 0.02)
         assert np.array_equal(restored(problem, ALL, np.full(24, 0.06), profile), profile)
 
