@@ -29,7 +29,14 @@ from numpy.typing import NDArray
 from pitchopt.design.multipliers import Multipliers
 from pitchopt.design.problem import DesignProblem, Objective
 
-__all__ = ["lagrangian_bound", "projected", "station_values"]
+__all__ = [
+    "constant_terms",
+    "lagrangian_bound",
+    "linear_terms",
+    "projected",
+    "station_values",
+    "station_weights",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -70,7 +77,7 @@ def linear_terms(problem: DesignProblem, objective: Objective, mult: Multipliers
     if np.any(curves.rates):
         gain = objective.torque + mult.torque_min - mult.torque_max
         per_rate = gain * curves.rates[0] / curves.positions - np.sum(
-            _station_weights(problem, mult) * curves.rates, axis=0
+            station_weights(problem, mult) * curves.rates, axis=0
         )
         # dbeta/dpsi at n is (beta_{n+1} - beta_{n-1}) / (2 spacing)
         c = c + (np.roll(per_rate, 1) - np.roll(per_rate, -1)) / (2 * curves.spacing)
@@ -79,15 +86,16 @@ def linear_terms(problem: DesignProblem, objective: Objective, mult: Multipliers
     return np.asarray(c)
 
 
-def _station_weights(problem: DesignProblem, mult: Multipliers) -> FloatArray:
-    """y of the five loads at every station, shape (5, N)."""
-    return np.concatenate([np.tile(mult.loads, (1, problem.curves.blades)), mult.blade[None]])
+def station_weights(problem: DesignProblem, mult: Multipliers) -> FloatArray:
+    """What multiplies each of the five loads at every station, shape (5, N)."""
+    loads = mult.loads + mult.box[:, None] / problem.curves.positions
+    return np.concatenate([np.tile(loads, (1, problem.curves.blades)), mult.blade[None]])
 
 
 def station_values(problem: DesignProblem, objective: Objective, mult: Multipliers) -> FloatArray:
     """The bracket of the bound at every breakpoint, shape (N, K)."""
     curves = problem.curves
-    weight = -_station_weights(problem, mult)
+    weight = -station_weights(problem, mult)
     weight[0] += (objective.torque + mult.torque_min - mult.torque_max) / curves.positions
     used = np.flatnonzero(weight.any(axis=1))
     values = linear_terms(problem, objective, mult)[:, None] * curves.beta
@@ -136,7 +144,7 @@ def lagrangian_bound(
     constants = constant_terms(problem, objective, mult)
     bound = float(np.sum(maxima) + np.sum(constants))
     curves = problem.curves
-    y = _station_weights(problem, mult)
+    y = station_weights(problem, mult)
     gain = abs(objective.torque) + mult.torque_min + mult.torque_max
     largest = problem.largest_loads
     size = gain / curves.positions * float(np.sum(largest[0]))

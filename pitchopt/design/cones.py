@@ -23,12 +23,13 @@ Entry = tuple[Any, Any, Any]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ConeSolution:
-    """Primal and dual of a solved program."""
+    """Primal and dual of a solved program; a ray of the dual where it is infeasible."""
 
     x: FloatArray
     z: FloatArray
     status: str
     solved: bool
+    infeasible: bool
     iterations: int
     seconds: float
 
@@ -102,13 +103,15 @@ class ConeProgram:
         rest = np.zeros(self.width - self.quadratic.size)
         return sparse.diags_array(np.concatenate([self.quadratic, rest]) / unit, format="csc")
 
-    def solve(self, *, reduced: bool = False) -> ConeSolution:
+    def solve(self, *, reduced: bool = False, tolerance: float | None = None) -> ConeSolution:
         """Solve once.
 
         Parameters
         ----------
         reduced : bool
             Accept an answer of less accuracy, as a fallback.
+        tolerance : float, optional
+            Relative gap and feasibility at which the solver stops; its own (1e-8) by default.
         """
         import clarabel
         from scipy import sparse
@@ -129,6 +132,8 @@ class ConeProgram:
         settings.verbose = False
         settings.presolve_enable = False
         settings.max_iter = 100
+        if tolerance is not None:
+            settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
         if reduced:
             settings.static_regularization_constant = 1e-7
             settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = 1e-5
@@ -151,6 +156,7 @@ class ConeProgram:
             z=z,
             status=status,
             solved=finite and status in ("Solved", "AlmostSolved"),
+            infeasible=status == "PrimalInfeasible" and bool(np.all(np.isfinite(z))),
             iterations=int(result.iterations),
             seconds=float(result.solve_time),
         )

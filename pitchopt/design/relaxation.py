@@ -57,14 +57,15 @@ class HullSolution:
         As the solver has them, not yet projected.
     profile : ndarray (N,)
         Pitch that the weights imply [rad].
-    weights : ndarray (C,)
-        Weight of each column.
+    infeasible : bool
+        True when the columns admit no profile inside the limits: the multipliers are then a ray
+        along which the bound falls without end, and value and profile mean nothing.
     """
 
     value: float
     multipliers: Multipliers
     profile: FloatArray
-    weights: FloatArray
+    infeasible: bool
 
 
 def relax(
@@ -116,7 +117,7 @@ def relax(
             curves.beta[station, column],
             curves.loads[:, station, column],
         )
-        if solved is None:
+        if solved is None or solved.infeasible:
             break
         value, mult, implied = solved.value, solved.multipliers, solved.profile
         mult = projected(problem, objective, mult)
@@ -193,6 +194,8 @@ def solve_hull(
     pitch: FloatArray,
     loads: FloatArray,
     means: FloatArray | None = None,
+    *,
+    tolerance: float | None = None,
 ) -> HullSolution | None:
     """The relaxation on given columns.
 
@@ -209,11 +212,13 @@ def solve_hull(
     means : array (4, 2), optional
         Lowest and highest mean of torque, tilt, yaw and thrust over the positions; infinite
         where a mean is free.
+    tolerance : float, optional
+        Relative accuracy; the multipliers of a rough solution bound the problem as well.
 
     Returns
     -------
     HullSolution or None
-        None when the cone solver failed, or these columns admit no profile.
+        None when the cone solver failed.
     """
     curves, scale = problem.curves, problem.torque_scale
     n_stations, m = curves.stations, curves.positions
@@ -246,12 +251,13 @@ def solve_hull(
     if curves.mean_pitch is not None:
         mean_block = program.zero(np.array([curves.mean_pitch]), (0, theta, pitch / n_stations))
     program.nonneg(np.zeros(station.size), (theta, theta, -1.0))
-    following = (station - 1) % n_stations
+    index = np.arange(n_stations)
+    beta = program.variables("beta", n_stations).start + index
+    program.zero(np.zeros(n_stations), (station, theta, pitch), (index, beta, -1.0))
+    following = beta[(index + 1) % n_stations]
     rate_blocks = [
         program.nonneg(
-            np.full(n_stations, problem.step),
-            (following, theta, sign * pitch),
-            (station, theta, -sign * pitch),
+            np.full(n_stations, problem.step), (index, following, sign), (index, beta, -sign)
         )
         for sign in (1.0, -1.0)
     ]
@@ -270,12 +276,11 @@ def solve_hull(
         )
     travel_blocks: list[slice] = []
     if objective.travel > 0:
-        index = np.arange(n_stations)
         travel_blocks = [
             program.nonneg(
                 np.zeros(n_stations),
-                (following, theta, sign * pitch),
-                (station, theta, -sign * pitch),
+                (index, following, sign),
+                (index, beta, -sign),
                 (index, program.at["u"].start + index, -1.0),
             )
             for sign in (1.0, -1.0)
@@ -311,10 +316,10 @@ def solve_hull(
                 entries.append((1 + where, theta, -sign * rates[q][other] * half * pitch * weight))
         blocks[q] = program.second_order(np.zeros(1 + size), *entries)
 
-    solution = program.solve()
-    if not solution.solved:
+    solution = program.solve(tolerance=tolerance)
+    if not solution.solved and not solution.infeasible:
         solution = program.solve(reduced=True)
-    if not solution.solved:
+    if not solution.solved and not solution.infeasible:
         return None
     x, z = solution.x, solution.z * scale
     y_loads, y_blade = np.zeros((4, m)), np.zeros(n_stations)
@@ -348,5 +353,5 @@ def solve_hull(
         value=-float(program.cost @ x) * scale,
         multipliers=mult,
         profile=implied,
-        weights=np.asarray(x[theta]),
+        infeasible=solution.infeasible,
     )
