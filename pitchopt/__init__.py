@@ -29,10 +29,13 @@ if TYPE_CHECKING:
         DesignTask,
         LoadWeights,
         PitchLimits,
+        Several,
         Status,
         Tradeoff,
         compared,
         power_max,
+        robust,
+        schedule,
         tradeoff,
     )
     from pitchopt.turbines import Turbine, load_turbine, read_windio
@@ -53,6 +56,7 @@ __all__ = [
     "Polar",
     "PolarFit",
     "Rotor",
+    "Several",
     "StaticRotor",
     "Status",
     "Tradeoff",
@@ -64,6 +68,8 @@ __all__ = [
     "load_turbine",
     "power_max",
     "read_windio",
+    "robust",
+    "schedule",
     "tradeoff",
 ]
 
@@ -81,6 +87,7 @@ _HOME = {
     "Polar": "pitchopt.aero.polars",
     "PolarFit": "pitchopt.aero.fits",
     "Rotor": "pitchopt.aero.rotor",
+    "Several": "pitchopt.design",
     "StaticRotor": "pitchopt.aero.static_rotor",
     "Status": "pitchopt.design",
     "Tradeoff": "pitchopt.design",
@@ -91,6 +98,8 @@ _HOME = {
     "load_turbine": "pitchopt.turbines",
     "power_max": "pitchopt.design",
     "read_windio": "pitchopt.turbines",
+    "robust": "pitchopt.design",
+    "schedule": "pitchopt.design",
     "tradeoff": "pitchopt.design",
 }
 

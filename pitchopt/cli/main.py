@@ -21,6 +21,8 @@ __all__ = ["main", "program"]
 _COMMANDS = {
     "tradeoff": "Trade-off between mean torque and load variation: table, JSON, CSV, plots.",
     "design": "One pitch profile: for a price, a loss of torque, or a mean torque.",
+    "robust": "One pitch profile for several winds: weighted, or for the largest regret.",
+    "schedule": "A table of pitch profiles over wind speed, with bounded change.",
     "export": "A profile as CSV, as harmonics, or as AeroDyn motion files.",
     "turbines": "What the catalogue holds; templates of case files.",
 }

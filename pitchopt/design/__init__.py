@@ -11,6 +11,7 @@ from pitchopt.design.program import ConvexSubproblem
 from pitchopt.design.relaxation import Relaxation, relax
 from pitchopt.design.results import Compared, Design, LocalSolution, Status, Tradeoff
 from pitchopt.design.scp import ScpSettings, solve_local
+from pitchopt.design.several import Several, WindResult, robust, schedule
 from pitchopt.design.task import CurvesModel, DesignTask, PitchModel
 
 __all__ = [
@@ -28,8 +29,10 @@ __all__ = [
     "PitchModel",
     "Relaxation",
     "ScpSettings",
+    "Several",
     "Status",
     "Tradeoff",
+    "WindResult",
     "compared",
     "constant",
     "default_mu",
@@ -37,6 +40,8 @@ __all__ = [
     "lagrangian_bound",
     "power_max",
     "relax",
+    "robust",
+    "schedule",
     "solve_local",
     "tradeoff",
 ]

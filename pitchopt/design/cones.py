@@ -48,6 +48,7 @@ class ConeProgram:
         self.height = 0
         self.quadratic: FloatArray | None = None  # diagonal of P on the first variables
         self._costs: list[FloatArray] = []
+        self._more: list[tuple[NDArray[np.intp], FloatArray]] = []
         self._rows: list[NDArray[np.intp]] = []
         self._cols: list[NDArray[np.intp]] = []
         self._vals: list[FloatArray] = []
@@ -62,10 +63,24 @@ class ConeProgram:
         self.width += count
         return block
 
+    def add_cost(self, columns: NDArray[np.intp], values: FloatArray) -> None:
+        """Add to the cost of variables that are there; no column twice in one call."""
+        self._more.append((columns, values))
+
     @property
     def cost(self) -> FloatArray:
         """Cost of all variables, shape (width,)."""
-        return np.concatenate(self._costs)
+        cost = np.concatenate(self._costs)
+        for columns, values in self._more:
+            cost[columns] += values
+        return cost
+
+    def value(self, x: FloatArray) -> float:
+        """The objective at x."""
+        value = float(self.cost @ x)
+        if self.quadratic is not None:
+            value += 0.5 * float(self.quadratic @ x[: self.quadratic.size] ** 2)
+        return value
 
     def zero(self, rhs: FloatArray, *entries: Entry) -> slice:
         """Rows A x = rhs; an entry is (row, column, value), single numbers repeated."""

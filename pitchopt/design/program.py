@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pitchopt.design.direct import LinearModel, SubproblemSolution, torque_lines
+from pitchopt.design.direct import SubproblemSolution
+from pitchopt.design.linear import LinearModel, torque_lines
 from pitchopt.design.multipliers import Multipliers
 from pitchopt.design.problem import DesignProblem, Objective
 from pitchopt.errors import ComputationError, InputError

@@ -22,9 +22,10 @@ Reference for phase 1: paper 003, section IV.B.
 from __future__ import annotations
 
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,16 +40,17 @@ from pitchopt.design.uniform import solve_uniform
 from pitchopt.errors import InputError
 
 if TYPE_CHECKING:
+    from pitchopt.aero.curves import BladeCurves
     from pitchopt.design.program import ConvexSubproblem
 
     Solver = Subproblem | ConvexSubproblem
 
-__all__ = ["LocalSolution", "ScpSettings", "solve_local"]
+__all__ = ["LocalSolution", "Merit", "ScpSettings", "Walk", "reduced_slope", "solve_local"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
-_PENALTY_START = 10.0
+PENALTY_START = 10.0
 _PENALTY_MAX = 1e7
 _COARSE_TOLERANCE = 1e-5  # enough for a start
 _CHORD = 0.2  # of the trust region, over which curvature is taken
@@ -66,6 +68,8 @@ class ScpSettings:
     ----------
     radius : float
         First half-width of the trust region [rad].
+    least_radius : float
+        Half-width below which phase 1 hands over [rad].
     tolerance : float
         Promised gain, as a share of the torque scale, at which phase 1 hands over.
     finish : float
@@ -78,6 +82,7 @@ class ScpSettings:
     """
 
     radius: float = np.radians(3.0)
+    least_radius: float = 1e-6
     tolerance: float = 5e-7
     finish: float = 1e-8
     max_steps: int = 40
@@ -96,10 +101,11 @@ class ScpSettings:
 class _Merit:
     """True merit of profiles, with the exact-penalty weights of the moment."""
 
-    def __init__(self, problem: DesignProblem, objective: Objective) -> None:
+    def __init__(self, problem: DesignProblem, objective: Objective, start: FloatArray) -> None:
         self.problem = problem
         self.objective = objective
-        self.penalty = (_PENALTY_START, _PENALTY_START * max(1.0, *objective.rms))
+        self.scale = max(abs(float(problem.curves.evaluate(start).mean[0])), 1e-300)
+        self.penalty = (PENALTY_START, PENALTY_START * max(1.0, *objective.rms))
 
     def __call__(self, profile: FloatArray) -> float:
         loads = self.problem.curves.evaluate(profile)
@@ -108,12 +114,295 @@ class _Merit:
         torque, blade = self.problem.excess(loads, self.objective)
         return value - self.penalty[0] * torque - self.penalty[1] * blade
 
+    def broken(self, profile: FloatArray, share: float) -> tuple[bool, bool]:
+        torque, blade = self.excess(profile)
+        cap = self.objective.blade_cap
+        return torque > share * self.scale, bool(blade > share * cap) and np.isfinite(cap)
+
+    def missed(self, profile: FloatArray) -> str:
+        torque, blade = self.excess(profile)
+        return f"torque limit missed by {torque:.4g} N m, blade cap by {blade:.4g} N m"
+
     def excess(self, profile: FloatArray) -> tuple[float, float]:
         return self.problem.excess(self.problem.curves.evaluate(profile), self.objective)
 
 
-class _Run:
-    """State of one local solve."""
+class Answer(Protocol):
+    """What a subproblem returns, as far as the walk looks at it."""
+
+    @property
+    def profile(self) -> FloatArray:
+        """Pitch of all stations [rad]."""
+        ...
+
+    @property
+    def value(self) -> float:
+        """Value that the model promises [N m]."""
+        ...
+
+    @property
+    def solved(self) -> bool:
+        """False when every fallback failed."""
+        ...
+
+
+class Merit(Protocol):
+    """True merit of profiles, with the exact-penalty weights of the moment."""
+
+    penalty: tuple[float, float]
+    scale: float
+
+    def __call__(self, profile: FloatArray) -> float:
+        """Value less the penalties [N m]."""
+        ...
+
+    def broken(self, profile: FloatArray, share: float) -> tuple[bool, bool]:
+        """Whether torque limits and blade cap are missed by more than a share of their size."""
+        ...
+
+    def missed(self, profile: FloatArray) -> str:
+        """By how much they are missed, for a message."""
+        ...
+
+
+A = TypeVar("A", bound=Answer)
+
+
+class Walk(ABC, Generic[A]):
+    """The two phases, for whatever has a merit, a repair, cells and a subproblem.
+
+    Attributes
+    ----------
+    edges : ndarray (N, K)
+        Edges of the cells of every station, in rising order; all loads are affine between
+        neighbours.
+    last : int or int ndarray (N,)
+        Index of the last cell.
+    """
+
+    def __init__(
+        self,
+        start: FloatArray,
+        *,
+        merit: Merit,
+        repaired: Callable[[FloatArray], FloatArray],
+        edges: FloatArray,
+        last: int | IntArray,
+        settings: ScpSettings,
+        should_stop: Callable[[], bool] | None,
+    ) -> None:
+        self.merit, self.repaired, self.settings = merit, repaired, settings
+        self.edges, self.last_cell = edges, last
+        self.should_stop = should_stop
+        self.profile = repaired(start)
+        self.best = merit(self.profile)
+        self.scale = merit.scale
+        self.history = [self.best]
+        self.last: A | None = None
+        self.curved = True  # whether the model has the curvature of the loads
+        self.stalled = False  # whether the trust region shrank to nothing on kinks
+        self.solves, self.solver_seconds, self.failures = 0, 0.0, 0
+        self.kept = self.profile if self.feasible() else None  # the last feasible profile
+
+    @abstractmethod
+    def solve(self, low: FloatArray, high: FloatArray, segments: IntArray | None = None) -> A:
+        """One subproblem around the profile, in a box or on one cell."""
+
+    @abstractmethod
+    def cell(self, profile: FloatArray) -> IntArray:
+        """Cell that holds each station's pitch, shape (N,)."""
+
+    @abstractmethod
+    def reduced_slope(self, out: A, segment: IntArray) -> FloatArray:
+        """Slope of the Lagrangian in each station's pitch on the given cells [N m/rad]."""
+
+    def brought_back(self, out: A, candidate: FloatArray) -> FloatArray:
+        """A step brought back to the loads that its model promised; itself where none can be."""
+        del out
+        return candidate
+
+    def stopped(self) -> bool:
+        """True when the caller wants the run to end."""
+        return self.should_stop is not None and self.should_stop()
+
+    def chord(self, low: FloatArray, high: FloatArray, segments: IntArray | None) -> float:
+        """Half-width over which the model takes curvature [rad]; zero for none."""
+        if segments is not None or not self.curved:
+            return 0.0
+        return max(_CHORD * float(np.max(high - low)) / 2, 1e-4)
+
+    def accept(self, profile: FloatArray, merit: float) -> None:
+        """Move to a profile."""
+        self.profile, self.best = profile, merit
+        self.history.append(merit)
+        if self.feasible():
+            self.kept = profile
+
+    # ---- phase 1 ---------------------------------------------------------------------------
+
+    def trust_region(self) -> bool:
+        """Move to where the linear loads promise nothing more; False when steps ran out."""
+        radius, self.curved, self.stalled = self.settings.radius, True, False
+        for _ in range(self.settings.max_steps):
+            if self.stopped():
+                return False
+            out = self.solve(self.profile - radius, self.profile + radius)
+            if not out.solved:
+                radius /= 4
+                if radius < 1e-7:
+                    return False
+                continue
+            candidate = self.repaired(out.profile)
+            merit = self.merit(candidate)
+            promised = out.value - self.best
+            moved = float(np.max(np.abs(candidate - self.profile)))
+            if promised <= self.settings.tolerance * self.scale:
+                if merit > self.best:
+                    self.accept(candidate, merit)
+                if not self.curved:
+                    self.stalled = radius < 0.1 * _LAST_RADIUS
+                    return True
+                # curvature over a chord hides gains on the segments themselves
+                self.curved = False
+                radius = min(radius, max(moved, _LAST_RADIUS))
+                continue
+            if merit - self.best < _POOR * promised:
+                candidate, merit = self._restored(out, candidate, merit)
+            ratio = (merit - self.best) / promised
+            moved = float(np.max(np.abs(candidate - self.profile)))
+            if ratio > 0.05:
+                self.accept(candidate, merit)
+            if ratio < 0.25:
+                radius = 0.35 * min(radius, max(moved, 0.1 * radius))
+                if radius < self.settings.least_radius:
+                    self.stalled = True
+                    return True
+            elif ratio > 0.75 and moved > 0.8 * radius:
+                radius *= 2.0
+        return False
+
+    def _restored(self, out: A, candidate: FloatArray, merit: float) -> tuple[FloatArray, float]:
+        """The better of a candidate and its step brought back to the loads promised."""
+        other = self.repaired(self.brought_back(out, candidate))
+        value = self.merit(other)
+        return (other, value) if value > merit else (candidate, merit)
+
+    # ---- phase 2 ---------------------------------------------------------------------------
+
+    def cells(self) -> bool:
+        """Walk over segment cells to a local optimum; False when cells ran out."""
+        rows = np.arange(self.profile.size)
+        segment = self.cell(self.profile)
+        threshold = self.settings.finish * self.scale
+        trail: list[float] = []
+        waiting: list[tuple[IntArray, FloatArray, IntArray]] = []
+        for count in range(self.settings.max_cells):
+            if self.stopped():
+                return False
+            low, high = self.edges[rows, segment], self.edges[rows, segment + 1]
+            out = self.solve(low, high, segments=segment)
+            if not out.solved:
+                return False
+            candidate = self.repaired(out.profile)
+            merit = self.merit(candidate)
+            gain = merit - self.best
+            if gain > 0:
+                self.accept(candidate, merit)
+            trail.append(self.best)
+            if len(trail) > _SLOW and trail[-1] - trail[-1 - _SLOW] < 10 * threshold:
+                return True
+            if gain <= threshold and count > 0:
+                # the last set of moves gained nothing together: try its strongest half
+                if not waiting:
+                    return True
+                old, strength, move = waiting.pop()
+                keep = np.flatnonzero(move)
+                if keep.size <= 1:
+                    return True
+                strongest = keep[np.argsort(-strength[keep])[: keep.size // 2]]
+                half = np.zeros_like(move)
+                half[strongest] = move[strongest]
+                waiting.append((old, strength, half))
+                segment = old + half
+                continue
+            move, strength = self._moves(out, segment, low, high)
+            if not np.any(move):
+                return True
+            waiting = [(segment, strength, move)]
+            segment = segment + move
+        return False
+
+    def _moves(
+        self,
+        out: A,
+        segment: IntArray,
+        low: FloatArray,
+        high: FloatArray,
+    ) -> tuple[IntArray, FloatArray]:
+        """Stations on the edge of their segment whose neighbour's slopes gain."""
+        last = self.last_cell
+        edge = 1e-3 * (high - low) + 1e-10  # wider than the solver's accuracy
+        up = (out.profile > high - edge) & (segment < last)
+        down = (out.profile < low + edge) & (segment > 0)
+        slope_up = self.reduced_slope(out, np.minimum(segment + 1, last))
+        slope_down = -self.reduced_slope(out, np.maximum(segment - 1, 0))
+        floor = 1e-6 * float(np.max(np.abs(self.reduced_slope(out, segment))))
+        floor = max(floor, 1e-9 * self.scale)
+        up &= slope_up > floor
+        down &= slope_down > floor
+        move = up.astype(np.intp) - (down & ~up).astype(np.intp)
+        return move, np.where(up, slope_up, np.where(down, slope_down, 0.0))
+
+    # ---- constraints with a penalty --------------------------------------------------------
+
+    def raise_penalty(self) -> bool:
+        """Make the penalties of violated constraints dearer; False when they are kept."""
+        bad_torque, bad_blade = self.merit.broken(self.profile, 1e-7)
+        if not bad_torque and not bad_blade:
+            return False
+        first, second = self.merit.penalty
+        if max(first if bad_torque else 0.0, second if bad_blade else 0.0) >= _PENALTY_MAX:
+            return False
+        self.merit.penalty = (
+            first * 10 if bad_torque else first,
+            second * 10 if bad_blade else second,
+        )
+        self.best = self.merit(self.profile)
+        if self.kept is not None and self.merit(self.kept) > self.best:
+            self.accept(self.kept, self.merit(self.kept))
+        return True
+
+    def feasible(self) -> bool:
+        """True when the profile keeps torque limits and blade cap."""
+        return not any(self.merit.broken(self.profile, 1e-6))
+
+    # ---- both together ---------------------------------------------------------------------
+
+    def walk(self) -> tuple[Status, str]:
+        """Both phases until no limit is broken; how it ended, in a word and a sentence."""
+        settled = False
+        for _ in range(10):
+            self.trust_region()
+            before = self.best
+            settled = self.cells()
+            if self.stalled and self.best - before > _WELL_OFF * self.scale:
+                continue  # off the kinks that phase 1 stalled on
+            if not self.raise_penalty():
+                break
+        lost = self.kept is not None and not self.feasible()
+        if lost and self.kept is not None:
+            self.profile = self.kept
+        if self.failures and not settled:
+            return Status.SOLVER_FAILED, "cone solver failed in every fallback"
+        if not self.feasible():
+            return Status.INFEASIBLE, self.merit.missed(self.profile)
+        if not settled or lost:
+            return Status.ITERATION_LIMIT, f"stopped after {self.solves} subproblems"
+        return Status.CONVERGED, "no segment next to the profile gains more"
+
+
+class _Run(Walk[SubproblemSolution]):
+    """The local solve of one problem."""
 
     def __init__(
         self,
@@ -124,67 +413,19 @@ class _Run:
         subproblem: Solver,
         should_stop: Callable[[], bool] | None,
     ) -> None:
-        self.problem, self.objective, self.settings = problem, objective, settings
-        self.subproblem = subproblem
-        self.should_stop = should_stop
-        self.merit = _Merit(problem, objective)
-        self.profile = problem.repaired(start)
-        self.best = self.merit(self.profile)
-        self.scale = max(abs(float(problem.curves.evaluate(self.profile).mean[0])), 1e-300)
-        self.history = [self.best]
-        self.multipliers: Multipliers | None = None
-        self.curved = True  # whether the model has the curvature of the loads
-        self.stalled = False  # whether the trust region shrank to nothing on kinks
-        self.solves, self.solver_seconds, self.failures = 0, 0.0, 0
+        curves = problem.curves
+        super().__init__(
+            start,
+            merit=_Merit(problem, objective, problem.repaired(start)),
+            repaired=problem.repaired,
+            edges=curves.beta,
+            last=curves.beta.shape[1] - 2,
+            settings=settings,
+            should_stop=should_stop,
+        )
+        self.problem, self.objective, self.subproblem = problem, objective, subproblem
         self.fallback: ConvexSubproblem | None = None
-        self.kept = self.profile if self.feasible() else None  # the last feasible profile
-
-    def solve(
-        self, low: FloatArray, high: FloatArray, segments: IntArray | None = None
-    ) -> SubproblemSolution:
-        """One subproblem; a failure is tried again with the other scaling, then by cvxpy.
-
-        A cvxpy subproblem handed in by the caller may hold constraints that no other path
-        knows, and stands alone.
-        """
-        point = np.clip(self.profile, low, high)
-        direct = isinstance(self.subproblem, Subproblem)
-        for attempt in range(3 if direct else 1):
-            self.solves += 1
-            if attempt == 2 and self.fallback is None:
-                from pitchopt.design.program import ConvexSubproblem
-
-                self.fallback = ConvexSubproblem(self.problem, self.objective)
-            solver = self.subproblem if attempt < 2 or self.fallback is None else self.fallback
-            options: dict[str, Any] = {}
-            if segments is None and self.curved and isinstance(solver, Subproblem):
-                options["chord"] = max(_CHORD * float(np.max(high - low)) / 2, 1e-4)
-                options["multipliers"] = self.multipliers
-            out = solver.solve(
-                point,
-                self.objective,
-                low=low,
-                high=high,
-                penalty=self.merit.penalty,
-                segments=segments,
-                tight=attempt == 1,
-                **options,
-            )
-            self.solver_seconds += out.solve_seconds
-            if out.solved:
-                self.multipliers = out.multipliers
-                return out
-        self.failures += 1
-        return out
-
-    def stopped(self) -> bool:
-        return self.should_stop is not None and self.should_stop()
-
-    def accept(self, profile: FloatArray, merit: float) -> None:
-        self.profile, self.best = profile, merit
-        self.history.append(merit)
-        if self.feasible():
-            self.kept = profile
+        self.multipliers: Multipliers | None = None
 
     def begin_coarse(self) -> None:
         """Go on from the end of phase 1 on fewer rotor positions, if that is the better start."""
@@ -213,183 +454,92 @@ class _Run:
             self.multipliers = widened(found.multipliers, step)
             self.settings = self.settings.finishing()
 
-    # ---- phase 1 ---------------------------------------------------------------------------
-
-    def trust_region(self) -> bool:
-        """Move to where the linear loads promise nothing more; False when steps ran out."""
-        radius, self.curved, self.stalled = self.settings.radius, True, False
-        for _ in range(self.settings.max_steps):
-            if self.stopped():
-                return False
-            out = self.solve(self.profile - radius, self.profile + radius)
-            if not out.solved:
-                radius /= 4
-                if radius < 1e-7:
-                    return False
-                continue
-            candidate = self.problem.repaired(out.profile)
-            merit = self.merit(candidate)
-            promised = out.value - self.best
-            moved = float(np.max(np.abs(candidate - self.profile)))
-            if promised <= self.settings.tolerance * self.scale:
-                if merit > self.best:
-                    self.accept(candidate, merit)
-                if not self.curved:
-                    self.stalled = radius < 0.1 * _LAST_RADIUS
-                    return True
-                # curvature over a chord hides gains on the segments themselves
-                self.curved = False
-                radius = min(radius, max(moved, _LAST_RADIUS))
-                continue
-            if merit - self.best < _POOR * promised:
-                candidate, merit = self._restored(out, candidate, merit)
-            ratio = (merit - self.best) / promised
-            moved = float(np.max(np.abs(candidate - self.profile)))
-            if ratio > 0.05:
-                self.accept(candidate, merit)
-            if ratio < 0.25:
-                radius = 0.35 * min(radius, max(moved, 0.1 * radius))
-                if radius < 1e-6:
-                    self.stalled = True
-                    return True
-            elif ratio > 0.75 and moved > 0.8 * radius:
-                radius *= 2.0
-        return False
-
-    def _restored(
-        self, out: SubproblemSolution, candidate: FloatArray, merit: float
-    ) -> tuple[FloatArray, float]:
-        """The better of a candidate and its step brought back to the loads promised."""
+    def brought_back(self, out: SubproblemSolution, candidate: FloatArray) -> FloatArray:
+        """A step brought back to the loads that its model promised."""
         curves = self.problem.curves
         point = np.clip(self.profile, curves.lower, curves.upper)
         price = out.multipliers.cap
-        other = self.problem.repaired(
-            restored(self.problem, self.objective, point, candidate, cap_price=price)
-        )
-        value = self.merit(other)
-        return (other, value) if value > merit else (candidate, merit)
+        return restored(self.problem, self.objective, point, candidate, cap_price=price)
 
-    # ---- phase 2 ---------------------------------------------------------------------------
+    def cell(self, profile: FloatArray) -> IntArray:
+        """Segment that holds each station's pitch."""
+        return self.problem.curves.segment(profile)
 
-    def cells(self) -> bool:
-        """Walk over segment cells to a local optimum; False when cells ran out."""
-        curves = self.problem.curves
-        rows, last = np.arange(curves.stations), curves.beta.shape[1] - 2
-        segment = curves.segment(self.profile)
-        threshold = self.settings.finish * self.scale
-        trail: list[float] = []
-        waiting: list[tuple[IntArray, FloatArray, IntArray]] = []
-        for count in range(self.settings.max_cells):
-            if self.stopped():
-                return False
-            low, high = curves.beta[rows, segment], curves.beta[rows, segment + 1]
-            out = self.solve(low, high, segments=segment)
-            if not out.solved:
-                return False
-            candidate = self.problem.repaired(out.profile)
-            merit = self.merit(candidate)
-            gain = merit - self.best
-            if gain > 0:
-                self.accept(candidate, merit)
-            trail.append(self.best)
-            if len(trail) > _SLOW and trail[-1] - trail[-1 - _SLOW] < 10 * threshold:
-                return True
-            if gain <= threshold and count > 0:
-                # the last set of moves gained nothing together: try its strongest half
-                if not waiting:
-                    return True
-                old, strength, move = waiting.pop()
-                keep = np.flatnonzero(move)
-                if keep.size <= 1:
-                    return True
-                strongest = keep[np.argsort(-strength[keep])[: keep.size // 2]]
-                half = np.zeros_like(move)
-                half[strongest] = move[strongest]
-                waiting.append((old, strength, half))
-                segment = old + half
-                continue
-            move, strength = self._moves(out, segment, low, high, last)
-            if not np.any(move):
-                return True
-            waiting = [(segment, strength, move)]
-            segment = segment + move
-        return False
+    def solve(
+        self, low: FloatArray, high: FloatArray, segments: IntArray | None = None
+    ) -> SubproblemSolution:
+        """One subproblem; a failure is tried again with the other scaling, then by cvxpy.
 
-    def _moves(
-        self,
-        out: SubproblemSolution,
-        segment: IntArray,
-        low: FloatArray,
-        high: FloatArray,
-        last: int,
-    ) -> tuple[IntArray, FloatArray]:
-        """Stations on the edge of their segment whose neighbour's slopes gain."""
-        edge = 1e-3 * (high - low) + 1e-10  # wider than the solver's accuracy
-        up = (out.profile > high - edge) & (segment < last)
-        down = (out.profile < low + edge) & (segment > 0)
-        slope_up = self._reduced_slope(out.multipliers, np.minimum(segment + 1, last))
-        slope_down = -self._reduced_slope(out.multipliers, np.maximum(segment - 1, 0))
-        floor = 1e-6 * float(np.max(np.abs(self._reduced_slope(out.multipliers, segment))))
-        floor = max(floor, 1e-9 * self.scale)
-        up &= slope_up > floor
-        down &= slope_down > floor
-        move = up.astype(np.intp) - (down & ~up).astype(np.intp)
-        return move, np.where(up, slope_up, np.where(down, slope_down, 0.0))
+        A cvxpy subproblem handed in by the caller may hold constraints that no other path
+        knows, and stands alone.
+        """
+        point = np.clip(self.profile, low, high)
+        direct = isinstance(self.subproblem, Subproblem)
+        for attempt in range(3 if direct else 1):
+            self.solves += 1
+            if attempt == 2 and self.fallback is None:
+                from pitchopt.design.program import ConvexSubproblem
 
-    def _reduced_slope(self, mult: Multipliers, segment: IntArray) -> FloatArray:
+                self.fallback = ConvexSubproblem(self.problem, self.objective)
+            solver = self.subproblem if attempt < 2 or self.fallback is None else self.fallback
+            options: dict[str, Any] = {}
+            if isinstance(solver, Subproblem):
+                options["chord"] = self.chord(low, high, segments)
+                options["multipliers"] = self.multipliers
+            out = solver.solve(
+                point,
+                self.objective,
+                low=low,
+                high=high,
+                penalty=self.merit.penalty,
+                segments=segments,
+                tight=attempt == 1,
+                **options,
+            )
+            self.solver_seconds += out.solve_seconds
+            if out.solved:
+                self.last, self.multipliers = out, out.multipliers
+                return out
+        self.failures += 1
+        return out
+
+    def reduced_slope(self, out: SubproblemSolution, segment: IntArray) -> FloatArray:
         """Slope of the Lagrangian in each station's pitch on the given segments [N m/rad]."""
-        curves = self.problem.curves
-        slopes = curves.slopes[:, np.arange(curves.stations), segment]
-        gain = self.objective.torque + mult.torque_min - mult.torque_max
-        y = np.concatenate([np.tile(mult.loads, (1, curves.blades)), mult.blade[None]])
-        torque_rate, load_rate = self._rate_terms(y, gain)
-        return np.asarray(
-            gain * slopes[0] / curves.positions
-            - np.sum(y * slopes, axis=0)
-            + torque_rate
-            - load_rate
-            + mult.rate
-            - np.roll(mult.rate, 1)
-            - mult.mean / curves.stations
-            - mult.basis
-        )
+        return reduced_slope(self.problem.curves, self.objective.torque, out.multipliers, segment)
 
-    def _rate_terms(self, y: FloatArray, gain: float) -> tuple[FloatArray, FloatArray]:
-        """Pitch-rate terms of neighbouring stations, folded onto each station's pitch."""
-        curves = self.problem.curves
-        half = 0.5 / curves.spacing
-        torque = gain * curves.rates[0] / curves.positions
-        loads = np.sum(y * curves.rates, axis=0)
-        return (
-            (np.roll(torque, 1) - np.roll(torque, -1)) * half,
-            (np.roll(loads, 1) - np.roll(loads, -1)) * half,
-        )
 
-    # ---- constraints with a penalty --------------------------------------------------------
+def reduced_slope(
+    curves: BladeCurves, torque: float, mult: Multipliers, segment: IntArray
+) -> FloatArray:
+    """Slope of the Lagrangian in each station's pitch on the given segments, (N,) [N m/rad].
 
-    def raise_penalty(self) -> bool:
-        """Make the penalties of violated constraints dearer; False when they are kept."""
-        torque, blade = self.merit.excess(self.profile)
-        bad_torque = torque > 1e-7 * self.scale
-        bad_blade = blade > 1e-7 * max(self.objective.blade_cap, 1e-300)
-        if not bad_torque and not bad_blade:
-            return False
-        first, second = self.merit.penalty
-        if max(first if bad_torque else 0.0, second if bad_blade else 0.0) >= _PENALTY_MAX:
-            return False
-        self.merit.penalty = (
-            first * 10 if bad_torque else first,
-            second * 10 if bad_blade else second,
-        )
-        self.best = self.merit(self.profile)
-        if self.kept is not None and self.merit(self.kept) > self.best:
-            self.accept(self.kept, self.merit(self.kept))
-        return True
+    ``torque`` is the price of mean torque in the objective.
+    """
+    slopes = curves.slopes[:, np.arange(curves.stations), segment]
+    gain = torque + mult.torque_min - mult.torque_max
+    y = np.concatenate([np.tile(mult.loads, (1, curves.blades)), mult.blade[None]])
+    torque_rate, load_rate = _rate_terms(curves, y, gain)
+    return np.asarray(
+        gain * slopes[0] / curves.positions
+        - np.sum(y * slopes, axis=0)
+        + torque_rate
+        - load_rate
+        + mult.rate
+        - np.roll(mult.rate, 1)
+        - mult.mean / curves.stations
+        - mult.basis
+    )
 
-    def feasible(self) -> bool:
-        torque, blade = self.merit.excess(self.profile)
-        cap = self.objective.blade_cap
-        return torque <= 1e-6 * self.scale and (np.isinf(cap) or blade <= 1e-6 * cap)
+
+def _rate_terms(curves: BladeCurves, y: FloatArray, gain: float) -> tuple[FloatArray, FloatArray]:
+    """Pitch-rate terms of neighbouring stations, folded onto each station's pitch."""
+    half = 0.5 / curves.spacing
+    torque = gain * curves.rates[0] / curves.positions
+    loads = np.sum(y * curves.rates, axis=0)
+    return (
+        (np.roll(torque, 1) - np.roll(torque, -1)) * half,
+        (np.roll(loads, 1) - np.roll(loads, -1)) * half,
+    )
 
 
 def solve_local(
@@ -438,30 +588,8 @@ def solve_local(
     )
     if run.settings.coarse and isinstance(run.subproblem, Subproblem):
         run.begin_coarse()
-    settled = False
-    for _ in range(10):
-        run.trust_region()
-        before = run.best
-        settled = run.cells()
-        if run.stalled and run.best - before > _WELL_OFF * run.scale:
-            continue  # off the kinks that phase 1 stalled on
-        if not run.raise_penalty():
-            break
-    lost = run.kept is not None and not run.feasible()
-    if lost and run.kept is not None:
-        run.profile = run.kept
+    status, message = run.walk()
     loads = problem.curves.evaluate(run.profile)
-    if run.failures and not settled:
-        status, message = Status.SOLVER_FAILED, "cone solver failed in every fallback"
-    elif not run.feasible():
-        torque, blade = run.merit.excess(run.profile)
-        status = Status.INFEASIBLE
-        message = f"torque limit missed by {torque:.4g} N m, blade cap by {blade:.4g} N m"
-    elif not settled or lost:
-        status = Status.ITERATION_LIMIT
-        message = f"stopped after {run.solves} subproblems"
-    else:
-        status, message = Status.CONVERGED, "no segment next to the profile gains more"
     n, m = problem.curves.stations, problem.curves.positions
     return LocalSolution(
         profile=run.profile,

@@ -9,6 +9,7 @@ between breakpoints, and a bounded search refines the best interval.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from pitchopt.design.multipliers import Multipliers
 from pitchopt.design.problem import DesignProblem, Objective
 from pitchopt.design.results import LocalSolution, Status
 
-__all__ = ["solve_uniform"]
+__all__ = ["best_uniform", "solve_uniform"]
 
 FloatArray = NDArray[np.float64]
 
@@ -34,27 +35,9 @@ def solve_uniform(problem: DesignProblem, objective: Objective) -> LocalSolution
     """
     began = time.perf_counter()
     curves = problem.curves
-    low, high = problem.constant_range
-    pitches = np.array([low])
-    if high > low:
-        inside = np.unique(curves.beta[(curves.beta > low) & (curves.beta < high)])
-        if inside.size > _MOST_BREAKPOINTS:
-            inside = inside[np.linspace(0, inside.size - 1, _MOST_BREAKPOINTS).astype(int)]
-        pitches = np.concatenate([[low], inside, [high]])
-        pitches = np.union1d(pitches, _crossings(problem, objective, pitches))
-    scores = np.array([_score(problem, objective, float(p)) for p in pitches])
-    best = int(np.argmax(scores))
-    pitch = float(pitches[best])
-    if pitches.size > 1:
-        bounds = (float(pitches[max(best - 1, 0)]), float(pitches[min(best + 1, pitches.size - 1)]))
-        found = minimize_scalar(
-            lambda p: -_score(problem, objective, float(p)),
-            bounds=bounds,
-            method="bounded",
-            options={"xatol": 1e-10},
-        )
-        if -float(found.fun) > scores[best]:
-            pitch = float(found.x)
+    pitch, tried = best_uniform(
+        [problem], [objective], lambda pitch: _score(problem, objective, pitch)
+    )
     profile = np.full(curves.stations, pitch)
     loads = curves.evaluate(profile)
     torque, blade = problem.excess(loads, objective)
@@ -75,11 +58,46 @@ def solve_uniform(problem: DesignProblem, objective: Objective) -> LocalSolution
         multipliers=Multipliers.zero(curves.stations, curves.positions),
         status=status,
         message=message,
-        iterations=int(pitches.size),
+        iterations=tried,
         seconds=time.perf_counter() - began,
         solver_seconds=0.0,
         history=(value,),
     )
+
+
+def best_uniform(
+    problems: Sequence[DesignProblem],
+    objectives: Sequence[Objective],
+    score: Callable[[float], float],
+) -> tuple[float, int]:
+    """The constant pitch of best score that all problems admit [rad], and how many were tried.
+
+    Breakpoints of all curves, the pitches at which a mean torque meets its limits, and a bounded
+    search around the best of them.
+    """
+    low = max(problem.constant_range[0] for problem in problems)
+    high = min(problem.constant_range[1] for problem in problems)
+    pitches = np.array([low])
+    if high > low:
+        beta = np.concatenate([problem.curves.beta.ravel() for problem in problems])
+        inside = np.unique(beta[(beta > low) & (beta < high)])
+        if inside.size > _MOST_BREAKPOINTS:
+            inside = inside[np.linspace(0, inside.size - 1, _MOST_BREAKPOINTS).astype(int)]
+        grid = np.concatenate([[low], inside, [high]])
+        pitches = grid
+        for problem, objective in zip(problems, objectives, strict=True):
+            pitches = np.union1d(pitches, _crossings(problem, objective, grid))
+    scores = np.array([score(float(p)) for p in pitches])
+    best = int(np.argmax(scores))
+    pitch = float(pitches[best])
+    if pitches.size > 1:
+        bounds = (float(pitches[max(best - 1, 0)]), float(pitches[min(best + 1, pitches.size - 1)]))
+        found = minimize_scalar(
+            lambda p: -score(float(p)), bounds=bounds, method="bounded", options={"xatol": 1e-10}
+        )
+        if -float(found.fun) > scores[best]:
+            pitch = float(found.x)
+    return pitch, int(pitches.size)
 
 
 def _score(problem: DesignProblem, objective: Objective, pitch: float) -> float:

@@ -22,6 +22,12 @@ from pitchopt.exports.records import (
     tradeoff_csv,
     tradeoff_document,
 )
+from pitchopt.exports.several import (
+    read_schedule_csv,
+    schedule_csv,
+    several_document,
+    several_npz,
+)
 
 __all__ = [
     "BladeMotion",
@@ -40,6 +46,10 @@ __all__ = [
     "read_harmonics_csv",
     "read_motion_files",
     "read_profile_csv",
+    "read_schedule_csv",
+    "schedule_csv",
+    "several_document",
+    "several_npz",
     "tradeoff_csv",
     "tradeoff_document",
     "tradeoff_profiles",

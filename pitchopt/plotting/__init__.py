@@ -6,9 +6,16 @@ matplotlib's settings.  `figures` puts several of them on one page.
 
 from __future__ import annotations
 
-from pitchopt.plotting.figures import loads_figure, png, profiles_figure, tradeoff_figure
+from pitchopt.plotting.figures import (
+    loads_figure,
+    png,
+    profiles_figure,
+    several_figures,
+    tradeoff_figure,
+)
 from pitchopt.plotting.passage import plot_loads, plot_profiles
 from pitchopt.plotting.polar import plot_polar_fit
+from pitchopt.plotting.several import plot_regrets, plot_several_profiles
 from pitchopt.plotting.tradeoff import plot_tradeoff
 from pitchopt.plotting.wind import plot_wind_field
 
@@ -17,9 +24,12 @@ __all__ = [
     "plot_loads",
     "plot_polar_fit",
     "plot_profiles",
+    "plot_regrets",
+    "plot_several_profiles",
     "plot_tradeoff",
     "plot_wind_field",
     "png",
     "profiles_figure",
+    "several_figures",
     "tradeoff_figure",
 ]

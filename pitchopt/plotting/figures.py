@@ -11,14 +11,16 @@ from typing import TYPE_CHECKING
 
 from pitchopt.aero.curves import LOADS
 from pitchopt.plotting.passage import plot_loads, plot_profiles
+from pitchopt.plotting.several import plot_regrets, plot_several_profiles
 from pitchopt.plotting.tradeoff import plot_tradeoff
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pitchopt.design.results import Design, Tradeoff
+    from pitchopt.design.several_results import Several
 
-__all__ = ["loads_figure", "png", "profiles_figure", "tradeoff_figure"]
+__all__ = ["loads_figure", "png", "profiles_figure", "several_figures", "tradeoff_figure"]
 
 
 def _figure(width: float, height: float) -> Figure:
@@ -55,6 +57,17 @@ def loads_figure(designs: Mapping[str, Design], *, title: str = "") -> Figure:
             legend.remove()
     figure.suptitle(title, x=0.01, ha="left", fontsize="medium")
     return figure
+
+
+def several_figures(result: Several, *, title: str = "") -> tuple[Figure, Figure]:
+    """Profiles of a design for several winds, and what each wind loses."""
+    profiles = _figure(8.4, 4.6)
+    ax = plot_several_profiles(result, ax=profiles.add_subplot())
+    ax.set_title(title, loc="left", fontsize="medium")
+    regrets = _figure(6.8, 1.6 + 0.3 * len(result.winds))
+    plot_regrets(result, ax=regrets.add_subplot())
+    regrets.suptitle(title, x=0.01, ha="left", fontsize="medium")
+    return profiles, regrets
 
 
 def png(figure: Figure, *, dpi: int = 150) -> bytes:

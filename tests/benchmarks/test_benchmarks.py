@@ -29,6 +29,10 @@ FIGURES = {
         "exponent, positions": ["exponent_run", "exponent_subproblem", "exponent_bound", "aim"],
         "largest": ["seconds", "point_seconds_aim", "bound_seconds", "peak_memory_mb"],
     },
+    "robust": {
+        "design": ["cpu_seconds", "cpu_seconds_own_optima", "gap_percent", "largest_regret"],
+        "exponent": ["exponent_design", "exponent_joint", "exponent_bound", "exponent_regret"],
+    },
     "scp_vs_ipopt": {
         "trade-off point": ["ratio", "objective_lead_percent", "ratio_is_lower_bound"],
         "summary": ["formulations", "fastest_formulation"],

@@ -33,11 +33,22 @@ def names(folder: Path) -> list[str]:
 def test_without_arguments_the_help_is_shown(run):
     done = run()
     assert done.status == 0
-    for word in ("tradeoff", "design", "export", "turbines", "Examples", "Exit status"):
+    for word in (
+        "tradeoff",
+        "design",
+        "robust",
+        "schedule",
+        "export",
+        "turbines",
+        "Examples",
+        "Exit status",
+    ):
         assert word in done.out
 
 
-@pytest.mark.parametrize("command", ["tradeoff", "design", "export", "turbines"])
+@pytest.mark.parametrize(
+    "command", ["tradeoff", "design", "robust", "schedule", "export", "turbines"]
+)
 def test_every_help_has_examples(run, command):
     done = run(command, "--help")
     assert done.status == 0

@@ -21,6 +21,13 @@ WRITES = {
     "08_curves_from_another_code": ["08_curves.csv"],
     "09_aerodyn_motion_files": ["09_aerodyn"],
     "10_own_constraints": ["10_own_constraints.csv"],
+    "11_several_winds": [
+        "11_profiles_mean.png",
+        "11_profiles_regret.png",
+        "11_regrets_mean.png",
+        "11_regrets_regret.png",
+    ],
+    "12_schedule": ["12_schedule.csv"],
 }
 
 

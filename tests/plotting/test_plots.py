@@ -15,10 +15,13 @@ from pitchopt.plotting import (
     plot_loads,
     plot_polar_fit,
     plot_profiles,
+    plot_regrets,
+    plot_several_profiles,
     plot_tradeoff,
     plot_wind_field,
     png,
     profiles_figure,
+    several_figures,
     tradeoff_figure,
 )
 from pitchopt.plotting.passage import theta_of
@@ -178,3 +181,52 @@ def test_figures_are_png(small_tradeoff):
         loads_figure(shown),
     ):
         assert png(figure, dpi=40).startswith(b"\x89PNG\r\n\x1a\n")
+
+
+# ---- several winds -------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="session")
+def small_winds(small_case):
+    from pitchopt.design import robust
+
+    tasks = [small_case.with_values({"wind.speed": speed}).task() for speed in (14.0, 16.0)]
+    return robust(tasks, mu=10.0, labels=("low", "high"), starts=1, certify=False)
+
+
+@pytest.fixture(scope="session")
+def small_schedule(small_case):
+    from pitchopt.design import schedule
+
+    tasks = [small_case.with_values({"wind.speed": speed}).task() for speed in (14.0, 16.0)]
+    options = {"labels": ("low", "high"), "starts": 1, "certify": False}
+    return schedule(tasks, mu=10.0, change=np.inf, **options)
+
+
+def test_shared_profile_among_own_optima(small_winds, ax):
+    assert plot_several_profiles(small_winds, ax=ax) is ax
+    assert labels(ax) == ["low alone", "high alone", "for all winds"]
+    shared = ax.lines[-1].get_ydata()
+    np.testing.assert_allclose(shared[:-1], np.rad2deg(small_winds.profile))
+    assert shared[-1] == shared[0]
+
+
+def test_schedule_has_a_line_for_each_wind(small_schedule, ax):
+    plot_several_profiles(small_schedule, ax=ax)
+    assert labels(ax) == ["low", "high"]
+    for line, profile in zip(ax.lines, small_schedule.profiles, strict=True):
+        np.testing.assert_allclose(line.get_ydata()[:-1], np.rad2deg(profile))
+
+
+def test_regrets_are_bars(small_winds, ax):
+    assert plot_regrets(small_winds, ax=ax) is ax
+    widths = np.array([bar.get_width() for bar in ax.patches])
+    regret = np.array([wind.regret for wind in small_winds.winds])
+    np.testing.assert_allclose(widths / widths.max(), regret / regret.max())
+    assert [text.get_text() for text in ax.get_yticklabels()] == ["low", "high"]
+
+
+def test_several_figures(small_winds, small_schedule):
+    for result in (small_winds, small_schedule):
+        for figure in several_figures(result, title="case"):
+            assert png(figure).startswith(b"\x89PNG")
