@@ -26,7 +26,7 @@ PACKAGES = ("numpy", "scipy", "clarabel", "cvxpy", "casadi")
 
 
 def options(docstring: str, argv: list[str] | None = None, *, hidden: bool = False) -> Any:
-    """Read ``--quick`` and ``--out FILE.json``; with ``hidden`` also ``--one M,N,REPEATS``."""
+    """Read ``--quick`` and ``--out FILE.json``; with ``hidden`` also ``--one M,N,REPEATS,MU``."""
     parser = argparse.ArgumentParser(description=docstring.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="tiny sizes, to see that it runs")
     parser.add_argument("--out", type=Path, metavar="FILE.json", help="write the lines there too")

@@ -346,6 +346,20 @@ class BladeCurves:
             self, beta=beta, torque=torque, bending=bending, thrust=thrust, radial=radial
         )
 
+    def every(self, step: int) -> BladeCurves:
+        """The curves at every ``step``-th station.
+
+        Raises
+        ------
+        InputError
+            If ``step`` does not divide the number of rotor positions.
+        """
+        step = whole_number("step", step, at_least=1)
+        if self.positions % step:
+            raise InputError(f"step: got {step}, expected a divisor of {self.positions} positions")
+        few = {name: getattr(self, name)[::step] for name in ("azimuth", "beta", *CURVES, *RATES)}
+        return replace(self, **few)
+
     # ---- files ---------------------------------------------------------------------------
 
     def save(self, path: str | os.PathLike[str]) -> Path:

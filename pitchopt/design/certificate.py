@@ -95,13 +95,14 @@ def station_weights(problem: DesignProblem, mult: Multipliers) -> FloatArray:
 def station_values(problem: DesignProblem, objective: Objective, mult: Multipliers) -> FloatArray:
     """The bracket of the bound at every breakpoint, shape (N, K)."""
     curves = problem.curves
-    gain = objective.torque + mult.torque_min - mult.torque_max
-    values = (gain / curves.positions) * curves.torque
-    y = station_weights(problem, mult)
-    for q in range(5):
-        if np.any(y[q]):
-            values = values - y[q][:, None] * curves.loads[q]
-    return np.asarray(values + linear_terms(problem, objective, mult)[:, None] * curves.beta)
+    weight = -station_weights(problem, mult)
+    weight[0] += (objective.torque + mult.torque_min - mult.torque_max) / curves.positions
+    used = np.flatnonzero(weight.any(axis=1))
+    values = linear_terms(problem, objective, mult)[:, None] * curves.beta
+    product = np.empty_like(values)
+    for q in used:  # in place: temporaries of this size cost more than the sums
+        values += np.multiply(weight[q][:, None], curves.loads[q], out=product)
+    return np.asarray(values)
 
 
 def constant_terms(problem: DesignProblem, objective: Objective, mult: Multipliers) -> FloatArray:
@@ -145,8 +146,9 @@ def lagrangian_bound(
     curves = problem.curves
     y = station_weights(problem, mult)
     gain = abs(objective.torque) + mult.torque_min + mult.torque_max
-    size = gain / curves.positions * float(np.sum(np.max(np.abs(curves.torque), axis=1)))
-    size += float(np.sum(np.abs(y) * np.max(np.abs(curves.loads), axis=2)))
+    largest = problem.largest_loads
+    size = gain / curves.positions * float(np.sum(largest[0]))
+    size += float(np.sum(np.abs(y) * largest))
     size += float(np.sum(np.abs(linear_terms(problem, objective, mult)) * _reach(problem)))
     size += float(np.sum(np.abs(constants)))
     return bound + _ROUNDING * np.sqrt(curves.stations) * size, values

@@ -76,8 +76,7 @@ class Subproblem:
         tight : bool
             Scale by the loads' own size and accept less accuracy: the fallback.
         chord : float
-            Half-width [rad] over which slopes are taken instead of on segments; zero for
-            segments.
+            Half-width [rad] over which the curvature of the loads is taken; zero for none.
         multipliers : Multipliers, optional
             With a chord: the curvature of the loads, weighted by these, enters the objective
             where it is convex, as in sequential quadratic programming.

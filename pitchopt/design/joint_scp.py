@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pitchopt.aero.curves import RotorLoads
 from pitchopt.design.joint import JointMultipliers, JointProblem
 from pitchopt.design.joint_subproblem import JointSolution, solve_joint_subproblem
+from pitchopt.design.restoration import restored
 from pitchopt.design.results import Status
 from pitchopt.design.scp import PENALTY_START, ScpSettings, Walk, reduced_slope
 from pitchopt.design.search import Start
@@ -113,7 +114,7 @@ class _JointRun(Walk[JointSolution]):
     ) -> JointSolution:
         """One subproblem; a failure is tried again with the other scaling."""
         point = np.clip(self.profile, low, high)
-        smooth = self.settings.smooth and segments is None
+        chord = self.chord(low, high, segments)
         for tight in (False, True):
             self.solves += 1
             out = solve_joint_subproblem(
@@ -124,8 +125,8 @@ class _JointRun(Walk[JointSolution]):
                 penalty=self.merit.penalty,
                 on_cells=segments is not None,
                 tight=tight,
-                chord=self.chord(low, high) if smooth else 0.0,
-                multipliers=self._multipliers() if smooth else None,
+                chord=chord,
+                multipliers=self._multipliers() if chord > 0 else None,
             )
             self.solver_seconds += out.solve_seconds
             if out.solved:
@@ -133,6 +134,19 @@ class _JointRun(Walk[JointSolution]):
                 return out
         self.failures += 1
         return out
+
+    def brought_back(self, out: JointSolution, candidate: FloatArray) -> FloatArray:
+        """Profiles of a single wind brought back to the loads that their model promised."""
+        joint = self.joint
+        before, after = joint.split(self.profile), np.array(joint.split(candidate))
+        winds = np.asarray(joint.profile_of)
+        for w, s in enumerate(joint.profile_of):
+            if np.count_nonzero(winds == s) == 1:
+                problem = joint.problems[w]
+                point = np.clip(before[s], problem.curves.lower, problem.curves.upper)
+                price = out.multipliers.winds[w].cap
+                after[s] = restored(problem, joint.objectives[w], point, after[s], cap_price=price)
+        return after.ravel()
 
     def _multipliers(self) -> JointMultipliers:
         """Those of the last subproblem; at first equal shares of the winds and nothing else."""

@@ -26,8 +26,8 @@ __all__ = ["LinearModel", "torque_lines"]
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
-_DENSE_REACH = 6  # segments on either side of beta0 that always enter
-_MAX_LINES = 28  # torque lines per station; farther ones are thinned out
+_DENSE_REACH = 4  # segments on either side of beta0 that always enter
+_MAX_LINES = 20  # torque lines per station; farther ones are thinned out
 
 
 class LinearModel:
@@ -66,7 +66,7 @@ class LinearModel:
         self.torque_gradient = self.slopes[0] / curves.positions + self.torque_rate
 
     def _bend(self, chord: float) -> None:
-        """Slopes and curvature of the loads over a chord around the point, in place of kinks."""
+        """Curvature of the loads over a chord around the point."""
         curves, point = self.curves, self.point
         left = np.maximum(point - chord, curves.lower)
         right = np.minimum(point + chord, curves.upper)
@@ -76,7 +76,6 @@ class LinearModel:
         down = np.where(before > 1e-9, down, up)
         up = np.where(after > 1e-9, up, down)
         self.curvature = 2.0 * (up - down) / (before + after)
-        self.slopes = (before * down + after * up) / (before + after)
 
     def unit(self, load: int, tight: bool) -> float:
         """Size of a load in the box, which scales its cone.

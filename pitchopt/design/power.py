@@ -4,8 +4,10 @@
 
 Each torque_n is the lower envelope of its segments' lines.  The lines near the present profile
 and a thinned selection of the far ones give an upper bound; the solution moves the selection,
-and the bound meets the true torque after a few solves.  Where torque is not concave (sampled
-equilibrium curves) the result is a local optimum, and the hull relaxation bounds it.
+and the bound meets the true torque after a few solves.  With many rotor positions the first
+profile comes from every s-th of them (:mod:`pitchopt.design.coarse`).  Where torque is not
+concave (sampled equilibrium curves) the result is a local optimum, and the hull relaxation
+bounds it.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
+from pitchopt.design.coarse import interpolated, stride
 from pitchopt.design.direct import Subproblem
 from pitchopt.design.problem import DesignProblem, Objective
 from pitchopt.design.relaxation import relax
@@ -26,6 +29,7 @@ __all__ = ["maximise_torque"]
 
 FloatArray = NDArray[np.float64]
 
+_COARSE_TOLERANCE = 1e-6  # at fewer rotor positions, enough for a start
 _NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -66,6 +70,10 @@ def maximise_torque(
             (solve_local(problem, objective, first) for first in starts),
             key=lambda found: found.value,
         )
+    if problem.coarse is not None:
+        step = stride(curves.positions)
+        coarse = maximise_torque(problem.coarse, start[::step], tolerance=_COARSE_TOLERANCE)
+        start = interpolated(coarse.profile, step)
     subproblem = Subproblem(problem)
     profile = top = problem.repaired(start)
     best = problem.value(top, objective)

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from pitchopt.aero.curves import BladeCurves, RotorLoads
 from pitchopt.checks import finite_number, whole_number
+from pitchopt.design.coarse import stride
 from pitchopt.design.limits import PitchLimits
 from pitchopt.design.smoothing import smoothed
 from pitchopt.errors import InputError
@@ -181,8 +182,19 @@ class DesignProblem:
     @cached_property
     def torque_scale(self) -> float:
         """Mean over the stations of the largest torque of all blades [N m]."""
-        peak = np.abs(self.curves.torque).max(axis=1)
-        return float(peak.mean()) * self.curves.blades or 1.0
+        return float(self.largest_loads[0].mean()) * self.curves.blades or 1.0
+
+    @cached_property
+    def largest_loads(self) -> FloatArray:
+        """Largest size of the five loads over pitch at each station, shape (5, N)."""
+        loads = self.curves.loads
+        return np.asarray(np.maximum(loads.max(axis=2), -loads.min(axis=2)))
+
+    @cached_property
+    def coarse(self) -> DesignProblem | None:
+        """The problem at every s-th rotor position, None where the positions are few."""
+        step = stride(self.curves.positions)
+        return None if step == 1 else self.with_curves(self.curves.every(step))
 
     @cached_property
     def softened(self) -> DesignProblem:

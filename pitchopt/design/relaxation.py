@@ -6,18 +6,20 @@ a second-order cone program whose value bounds the design problem, and whose pit
 that no constant profile reaches.  It is solved by column generation: a few breakpoints per
 station, the multipliers of that program, the exact bound of :mod:`pitchopt.design.certificate`
 over *all* breakpoints, whose maximisers enter next.  Every round yields a valid bound; the
-rounds end when it meets the value of the program.
+rounds end when it meets the value of the program.  With many rotor positions the multipliers of
+every s-th of them (:mod:`pitchopt.design.coarse`) choose the first columns.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pitchopt.design.certificate import lagrangian_bound, projected
+from pitchopt.design.coarse import interpolated, stride, widened
 from pitchopt.design.cones import ConeProgram
 from pitchopt.design.multipliers import Multipliers
 from pitchopt.design.problem import DesignProblem, Objective
@@ -27,6 +29,8 @@ __all__ = ["HullSolution", "Relaxation", "relax", "solve_hull"]
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+_LITTLE = 1e-3  # of the gap to the profile's value; what is not worth another round
+_SPARSE = 40  # breakpoints in all for each one that columns are taken away from the best
 _FIRST_COLUMNS = 7  # breakpoints per station in the first round, evenly spaced
 
 
@@ -84,7 +88,8 @@ def relax(
     rounds : int
         At most this many rounds of column generation.
     tolerance : float
-        Bound minus relaxed value, as a share of the largest mean torque, that ends it.
+        Bound minus relaxed value, as a share of the largest mean torque, that ends it.  So does
+        a thousandth of the gap between the bound and the profile's value.
 
     Returns
     -------
@@ -93,14 +98,16 @@ def relax(
     """
     curves = problem.curves
     n, k = curves.beta.shape
+    scale = problem.torque_scale
     active = np.zeros((n, k), dtype=bool)
-    active[:, np.unique(np.linspace(0, k - 1, min(_FIRST_COLUMNS, k)).astype(int))] = True
-    rows = np.arange(n)
+    best = _from_coarse(problem, objective, profile, rounds, tolerance, active)
+    spread = min(_FIRST_COLUMNS, k) if best is None else 2
+    active[:, np.unique(np.linspace(0, k - 1, spread).astype(int))] = True
+    rows, known = np.arange(n), None
     if profile is not None:
         j = curves.segment(profile)
         active[rows, j] = active[rows, j + 1] = True
-    scale = problem.torque_scale
-    best: Relaxation | None = None
+        known = problem.value(profile, objective)
     for count in range(1, rounds + 1):
         station, column = np.nonzero(active)
         solved = solve_hull(
@@ -115,12 +122,16 @@ def relax(
         value, mult, implied = solved.value, solved.multipliers, solved.profile
         mult = projected(problem, objective, mult)
         bound, values = lagrangian_bound(problem, objective, mult)
-        closed = bound - value <= tolerance * scale
         if best is None or bound < best.upper_bound:
             best = Relaxation(
-                upper_bound=bound, multipliers=mult, profile=implied, rounds=count, closed=closed
+                upper_bound=bound, multipliers=mult, profile=implied, rounds=count, closed=False
             )
-        if closed:
+        # what the relaxation of all columns may still be below the bound
+        left = best.upper_bound - value
+        if left <= tolerance * scale:
+            best = replace(best, closed=True)
+            break
+        if known is not None and left <= _LITTLE * (best.upper_bound - known):
             break
         top = values.max(axis=1)
         current = np.where(active, values, -np.inf).max(axis=1)
@@ -129,13 +140,49 @@ def relax(
     return best
 
 
+def _from_coarse(
+    problem: DesignProblem,
+    objective: Objective,
+    profile: FloatArray | None,
+    rounds: int,
+    tolerance: float,
+    active: BoolArray,
+) -> Relaxation | None:
+    """The bound at multipliers from fewer rotor positions; its maximisers become active.
+
+    Multipliers are smooth over azimuth, so that theirs are nearly the best ones here.
+    """
+    if problem.coarse is None:
+        return None
+    step = stride(problem.curves.positions)
+    start = None if profile is None else profile[::step]
+    coarse = relax(problem.coarse, objective, profile=start, rounds=rounds, tolerance=tolerance)
+    if coarse is None:
+        return None
+    mult = projected(problem, objective, widened(coarse.multipliers, step))
+    bound, values = lagrangian_bound(problem, objective, mult)
+    _enlarge(active, values, np.ones(active.shape[0], dtype=bool))
+    return Relaxation(
+        upper_bound=bound,
+        multipliers=mult,
+        profile=interpolated(coarse.profile, step),
+        rounds=0,
+        closed=False,
+    )
+
+
 def _enlarge(active: BoolArray, values: FloatArray, wanting: BoolArray) -> bool:
-    """Add each wanting station's best breakpoint and its neighbours; True if any was new."""
+    """Add breakpoints at and around each wanting station's best; True if any was new.
+
+    Where breakpoints are many, some farther ones join the next ones: the best moves on by more
+    than one breakpoint from round to round.
+    """
     before = int(active.sum())
     rows = np.flatnonzero(wanting)
     best = values[rows].argmax(axis=1)
     last = values.shape[1] - 1
-    for shift in (-1, 0, 1):
+    reach = [1, *(far for far in (3, 10, 40) if _SPARSE * far < last)]
+    for shift in (0, *reach, *(-far for far in reach)):
         active[rows, np.clip(best + shift, 0, last)] = True
     return int(active.sum()) > before
 

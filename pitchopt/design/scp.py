@@ -5,7 +5,9 @@ Two phases, both monotone in the true merit of the BladeCurves,
     merit = value - rho_T (excess of the torque limits) - rho_b (excess of the blade cap).
 
 1. Trust region: solve the subproblem of :mod:`pitchopt.design.direct` in a box around the
-   profile, judge the step by the ratio of true to promised gain, grow or shrink the box.
+   profile, with the curvature of the loads where it is convex; where the step gains much less
+   than promised, bring it back to the promised loads (:mod:`pitchopt.design.restoration`);
+   judge it by the ratio of true to promised gain, grow or shrink the box.
 2. Cells: with every station confined to the segment it stands on, all loads are affine and the
    subproblem *is* the problem, so one solve gives the cell's exact optimum.  A station that
    ends on the edge of its segment is moved to the neighbouring one when the multipliers say
@@ -13,6 +15,7 @@ Two phases, both monotone in the true merit of the BladeCurves,
    move gains, the profile is a local optimum of the piecewise-linear problem.
 
 Phase 1 alone stalls on the kinks of the loads, where no single slope describes both sides.
+With many rotor positions phase 1 runs on every s-th of them first (:mod:`pitchopt.design.coarse`).
 Reference for phase 1: paper 003, section IV.B.
 """
 
@@ -27,9 +30,11 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from pitchopt.design.coarse import interpolated, stride, widened
 from pitchopt.design.direct import Subproblem, SubproblemSolution
 from pitchopt.design.multipliers import Multipliers
 from pitchopt.design.problem import DesignProblem, Objective
+from pitchopt.design.restoration import restored
 from pitchopt.design.results import LocalSolution, Status
 from pitchopt.design.uniform import solve_uniform
 from pitchopt.errors import InputError
@@ -47,6 +52,11 @@ IntArray = NDArray[np.intp]
 
 PENALTY_START = 10.0
 _PENALTY_MAX = 1e7
+_COARSE_TOLERANCE = 1e-5  # enough for a start
+_CHORD = 0.2  # of the trust region, over which curvature is taken
+_LAST_RADIUS = 3e-4  # [rad], of the steps without curvature that end phase 1
+_WELL_OFF = 2e-5  # share of torque gained by cells that shows a stall of phase 1
+_POOR = 0.75  # share of the promised gain below which a step is brought back to its loads
 _SLOW = 25  # cells that together gain less than ten times the finishing gain end the walk
 
 
@@ -67,22 +77,21 @@ class ScpSettings:
         cells together).
     max_steps, max_cells : int
         Limits on the subproblems of the two phases.
-    smooth : bool
-        Take slopes over a fifth of the trust region and add the loads' curvature, which needs
-        far fewer steps than segments do but cannot settle on them.
+    coarse : bool
+        Start on fewer rotor positions where there are many.
     """
 
     radius: float = np.radians(3.0)
     least_radius: float = 1e-6
-    tolerance: float = 3e-6
+    tolerance: float = 5e-7
     finish: float = 1e-8
     max_steps: int = 40
     max_cells: int = 250
-    smooth: bool = False
+    coarse: bool = True
 
     def rough(self) -> ScpSettings:
         """Good enough to tell starts apart; the best of them is finished in full."""
-        return replace(self, tolerance=5e-4, max_steps=15, max_cells=0, smooth=True)
+        return replace(self, tolerance=5e-4, max_steps=15, max_cells=0)
 
     def finishing(self) -> ScpSettings:
         """From the end of a rough solve."""
@@ -190,6 +199,8 @@ class Walk(ABC, Generic[A]):
         self.scale = merit.scale
         self.history = [self.best]
         self.last: A | None = None
+        self.curved = True  # whether the model has the curvature of the loads
+        self.stalled = False  # whether the trust region shrank to nothing on kinks
         self.solves, self.solver_seconds, self.failures = 0, 0.0, 0
         self.kept = self.profile if self.feasible() else None  # the last feasible profile
 
@@ -205,14 +216,20 @@ class Walk(ABC, Generic[A]):
     def reduced_slope(self, out: A, segment: IntArray) -> FloatArray:
         """Slope of the Lagrangian in each station's pitch on the given cells [N m/rad]."""
 
+    def brought_back(self, out: A, candidate: FloatArray) -> FloatArray:
+        """A step brought back to the loads that its model promised; itself where none can be."""
+        del out
+        return candidate
+
     def stopped(self) -> bool:
         """True when the caller wants the run to end."""
         return self.should_stop is not None and self.should_stop()
 
-    @staticmethod
-    def chord(low: FloatArray, high: FloatArray) -> float:
-        """Half-width over which a smooth run takes slopes [rad]."""
-        return max(0.2 * float(np.max(high - low)) / 2, 1e-4)
+    def chord(self, low: FloatArray, high: FloatArray, segments: IntArray | None) -> float:
+        """Half-width over which the model takes curvature [rad]; zero for none."""
+        if segments is not None or not self.curved:
+            return 0.0
+        return max(_CHORD * float(np.max(high - low)) / 2, 1e-4)
 
     def accept(self, profile: FloatArray, merit: float) -> None:
         """Move to a profile."""
@@ -225,7 +242,7 @@ class Walk(ABC, Generic[A]):
 
     def trust_region(self) -> bool:
         """Move to where the linear loads promise nothing more; False when steps ran out."""
-        radius = self.settings.radius
+        radius, self.curved, self.stalled = self.settings.radius, True, False
         for _ in range(self.settings.max_steps):
             if self.stopped():
                 return False
@@ -238,10 +255,19 @@ class Walk(ABC, Generic[A]):
             candidate = self.repaired(out.profile)
             merit = self.merit(candidate)
             promised = out.value - self.best
+            moved = float(np.max(np.abs(candidate - self.profile)))
             if promised <= self.settings.tolerance * self.scale:
                 if merit > self.best:
                     self.accept(candidate, merit)
-                return True
+                if not self.curved:
+                    self.stalled = radius < 0.1 * _LAST_RADIUS
+                    return True
+                # curvature over a chord hides gains on the segments themselves
+                self.curved = False
+                radius = min(radius, max(moved, _LAST_RADIUS))
+                continue
+            if merit - self.best < _POOR * promised:
+                candidate, merit = self._restored(out, candidate, merit)
             ratio = (merit - self.best) / promised
             moved = float(np.max(np.abs(candidate - self.profile)))
             if ratio > 0.05:
@@ -249,10 +275,17 @@ class Walk(ABC, Generic[A]):
             if ratio < 0.25:
                 radius = 0.35 * min(radius, max(moved, 0.1 * radius))
                 if radius < self.settings.least_radius:
+                    self.stalled = True
                     return True
             elif ratio > 0.75 and moved > 0.8 * radius:
                 radius *= 2.0
         return False
+
+    def _restored(self, out: A, candidate: FloatArray, merit: float) -> tuple[FloatArray, float]:
+        """The better of a candidate and its step brought back to the loads promised."""
+        other = self.repaired(self.brought_back(out, candidate))
+        value = self.merit(other)
+        return (other, value) if value > merit else (candidate, merit)
 
     # ---- phase 2 ---------------------------------------------------------------------------
 
@@ -350,7 +383,10 @@ class Walk(ABC, Generic[A]):
         settled = False
         for _ in range(10):
             self.trust_region()
+            before = self.best
             settled = self.cells()
+            if self.stalled and self.best - before > _WELL_OFF * self.scale:
+                continue  # off the kinks that phase 1 stalled on
             if not self.raise_penalty():
                 break
         lost = self.kept is not None and not self.feasible()
@@ -389,6 +425,41 @@ class _Run(Walk[SubproblemSolution]):
         )
         self.problem, self.objective, self.subproblem = problem, objective, subproblem
         self.fallback: ConvexSubproblem | None = None
+        self.multipliers: Multipliers | None = None
+
+    def begin_coarse(self) -> None:
+        """Go on from the end of phase 1 on fewer rotor positions, if that is the better start."""
+        coarse = self.problem.coarse
+        if coarse is None:
+            return
+        step = stride(self.problem.curves.positions)
+        found = solve_local(
+            coarse,
+            self.objective,
+            self.profile[::step],
+            settings=replace(
+                self.settings,
+                coarse=False,
+                max_cells=0,
+                tolerance=max(self.settings.tolerance, _COARSE_TOLERANCE),
+            ),
+            should_stop=self.should_stop,
+        )
+        self.solves += found.iterations
+        self.solver_seconds += found.solver_seconds
+        profile = self.problem.repaired(interpolated(found.profile, step))
+        merit = self.merit(profile)
+        if merit > self.best:
+            self.accept(profile, merit)
+            self.multipliers = widened(found.multipliers, step)
+            self.settings = self.settings.finishing()
+
+    def brought_back(self, out: SubproblemSolution, candidate: FloatArray) -> FloatArray:
+        """A step brought back to the loads that its model promised."""
+        curves = self.problem.curves
+        point = np.clip(self.profile, curves.lower, curves.upper)
+        price = out.multipliers.cap
+        return restored(self.problem, self.objective, point, candidate, cap_price=price)
 
     def cell(self, profile: FloatArray) -> IntArray:
         """Segment that holds each station's pitch."""
@@ -412,9 +483,9 @@ class _Run(Walk[SubproblemSolution]):
                 self.fallback = ConvexSubproblem(self.problem, self.objective)
             solver = self.subproblem if attempt < 2 or self.fallback is None else self.fallback
             options: dict[str, Any] = {}
-            if self.settings.smooth and segments is None and isinstance(solver, Subproblem):
-                options["chord"] = self.chord(low, high)
-                options["multipliers"] = None if self.last is None else self.last.multipliers
+            if isinstance(solver, Subproblem):
+                options["chord"] = self.chord(low, high, segments)
+                options["multipliers"] = self.multipliers
             out = solver.solve(
                 point,
                 self.objective,
@@ -427,7 +498,7 @@ class _Run(Walk[SubproblemSolution]):
             )
             self.solver_seconds += out.solve_seconds
             if out.solved:
-                self.last = out
+                self.last, self.multipliers = out, out.multipliers
                 return out
         self.failures += 1
         return out
@@ -515,15 +586,16 @@ def solve_local(
         subproblem or Subproblem(problem),
         should_stop,
     )
+    if run.settings.coarse and isinstance(run.subproblem, Subproblem):
+        run.begin_coarse()
     status, message = run.walk()
     loads = problem.curves.evaluate(run.profile)
     n, m = problem.curves.stations, problem.curves.positions
-    multipliers = Multipliers.zero(n, m) if run.last is None else run.last.multipliers
     return LocalSolution(
         profile=run.profile,
         loads=loads,
         value=problem.value(run.profile, objective),
-        multipliers=multipliers,
+        multipliers=run.multipliers or Multipliers.zero(n, m),
         status=status,
         message=message,
         iterations=run.solves,

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitchopt.aero.curves import RotorLoads
+from pitchopt.design.coarse import interpolated
 from pitchopt.design.direct import Subproblem
 from pitchopt.design.problem import DesignProblem, Objective
 from pitchopt.design.results import LocalSolution
@@ -76,8 +77,8 @@ def best_local(
 ) -> Found:
     """Best of the local solutions from several starts.
 
-    Several starts are told apart by rough solves on smoothed curves; the best few are finished
-    on the curves themselves.
+    Several starts are told apart by rough solves on smoothed curves, at fewer rotor positions
+    where there are many; the best few are finished on the curves themselves.
 
     Parameters
     ----------
@@ -103,17 +104,20 @@ def best_local(
 
     if len(starts) == 1 or problem.constant_only:
         return result(finished(starts[0].profile, full)[1], starts[0].label)
-    soft = problem.softened
+    screened = problem.coarse or problem
+    step = problem.curves.stations // screened.curves.stations
+    soft = screened.softened
     screen = Subproblem(soft)
     found: list[tuple[float, FloatArray, str]] = []
     for start in starts:
         rough = solve_local(
-            soft, objective, start.profile, settings=full.rough(), subproblem=screen
+            soft, objective, start.profile[::step], settings=full.rough(), subproblem=screen
         )
         total += rough.iterations
-        profile = problem.repaired(rough.profile)
-        loads = problem.curves.evaluate(profile)
-        value = problem.value_of(loads, problem.travel(profile), objective)
+        coarse = screened.repaired(rough.profile)
+        loads = screened.curves.evaluate(coarse)
+        value = problem.value_of(loads, problem.travel(coarse), objective)
+        profile = problem.repaired(interpolated(coarse, step))
         found.append((rank(problem, objective, loads, value), profile, start.label))
         if good_enough is not None and good_enough(value + _ROUGH * problem.torque_scale):
             value, solution = finished(profile, full.finishing())

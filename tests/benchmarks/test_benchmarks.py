@@ -26,7 +26,8 @@ FIGURES = {
     },
     "growth": {
         "run, positions": ["seconds", "subproblems", "seconds_per_subproblem", "peak_memory_mb"],
-        "exponent, positions": ["exponent_run", "exponent_subproblem", "aim"],
+        "exponent, positions": ["exponent_run", "exponent_subproblem", "exponent_bound", "aim"],
+        "largest": ["seconds", "point_seconds_aim", "bound_seconds", "peak_memory_mb"],
     },
     "robust": {
         "design": ["cpu_seconds", "cpu_seconds_own_optima", "gap_percent", "largest_regret"],
