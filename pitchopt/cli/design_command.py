@@ -11,6 +11,7 @@ import click
 from pitchopt.cli.options import (
     build_case,
     case_options,
+    certify_options,
     json_option,
     output_options,
     search_options,
@@ -20,7 +21,7 @@ from pitchopt.errors import InputError
 
 if TYPE_CHECKING:
     from pitchopt.cases import Case
-    from pitchopt.design import Design, DesignTask
+    from pitchopt.design import Design, DesignTask, Proof
 
 __all__ = ["Solved", "command", "goal_options", "solve"]
 
@@ -29,10 +30,12 @@ Examples:
   pitchopt design --case biegel2011 --max-power-loss 2%
   pitchopt design --case nrel-5mw --wind-speed 15 --mean-torque rated --out above-rated
   pitchopt design --case iea-15-240 --mu 10 --harmonics 3 --json
+  pitchopt design --max-power-loss 3% --certify deep --certify-gap 1% --out proven
   pitchopt design --curves table.npz --rotor-speed-rpm 12.1 --mu 3 --weights unit
 
 \b
-Files: design.json, profile.csv, profiles.npz, and profiles.png, loads.png, wind.png.
+Files: design.json, profile.csv, profiles.npz, certificates.npz, and profiles.png,
+loads.png, wind.png.
 
 \b
 With --mean-torque the profile is compared with the constant pitch of the same
@@ -96,15 +99,16 @@ def solve(case: Case, options: dict[str, Any]) -> Solved:
         goals["mean_torque"] = _rated_torque(case)
     settings = case.settings()
     task = case.task()
-    certify = not options["no_certify"]
+    from pitchopt.cli.certify import certify_record, proof_settings
     from pitchopt.cli.progress import Progress
     from pitchopt.design import compared
 
-    with Progress() as progress:
+    with proof_settings(options) as certify, Progress() as progress:
         found = compared(
             task,
             starts=options["starts"],
             certify=certify,
+            resume=_resumed(options["resume"]),
             seed=options["seed"],
             progress=progress,
             **goals,
@@ -112,7 +116,7 @@ def solve(case: Case, options: dict[str, Any]) -> Solved:
     settings["search"] = {
         **goals,
         "starts": options["starts"],
-        "certify": certify,
+        **certify_record(options),
         "seed": options["seed"],
     }
     return Solved(
@@ -123,6 +127,20 @@ def solve(case: Case, options: dict[str, Any]) -> Solved:
         power_max=found.power_max,
         design=found.design,
     )
+
+
+def _resumed(path: str | None) -> Proof | None:
+    """The tree of regions in a file of certificates."""
+    if path is None:
+        return None
+    from pitchopt.exports import read_certificates
+
+    trees = [found.proof for found in read_certificates(path).values() if found.proof is not None]
+    if len(trees) != 1:
+        raise InputError(
+            f"--resume: {path} holds {len(trees)} branch and bound proofs, expected one"
+        )
+    return trees[0]
 
 
 def _rated_torque(case: Case) -> float:
@@ -141,6 +159,12 @@ def _rated_torque(case: Case) -> float:
 @goal_options
 @case_options
 @search_options
+@certify_options
+@click.option(
+    "--resume",
+    metavar="FILE",
+    help="Go on from the proof in this certificates.npz of the same design.",
+)
 @click.option("--no-plots", is_flag=True, help="Leave out the pictures.")
 @output_options
 @json_option
@@ -179,7 +203,7 @@ def command(**options: Any) -> int:
 
 
 def _files(solved: Solved, *, plots: bool) -> dict[str, bytes | str]:
-    from pitchopt.exports import profile_csv, profile_set
+    from pitchopt.exports import certificates_file, profile_csv, profile_set
     from pitchopt.exports.profiles import label_of
 
     case, design = solved.case, solved.design
@@ -196,6 +220,8 @@ def _files(solved: Solved, *, plots: bool) -> dict[str, bytes | str]:
         "profile.csv": profile_csv(design.azimuth, design.profile, rotor_speed=speed),
         "profiles.npz": profiles.to_bytes(),
     }
+    if design.certificate is not None:
+        files["certificates.npz"] = certificates_file({label_of(design): design.certificate})
     if plots:
         from pitchopt.cli.output import wind_plot
         from pitchopt.plotting import loads_figure, png, profiles_figure

@@ -21,6 +21,7 @@ __all__ = ["main", "program"]
 _COMMANDS = {
     "tradeoff": "Trade-off between mean torque and load variation: table, JSON, CSV, plots.",
     "design": "One pitch profile: for a price, a loss of torque, or a mean torque.",
+    "check": "Compute stored bounds again, from curves and multipliers alone.",
     "export": "A profile as CSV, as harmonics, or as AeroDyn motion files.",
     "turbines": "What the catalogue holds; templates of case files.",
 }
@@ -30,6 +31,8 @@ Examples:
   pitchopt tradeoff --case biegel2011 --out demo
   pitchopt design --case nrel-5mw --wind-speed 9 --max-power-loss 2%
   pitchopt design --case nrel-5mw --wind-speed 15 --mean-torque rated
+  pitchopt design --max-power-loss 3% --certify deep --certify-gap 1% --out proven
+  pitchopt check proven/certificates.npz
   pitchopt turbines --template nrel-5mw > my-case.toml
   pitchopt export demo/profiles.npz --point knee --format harmonics
 

@@ -8,13 +8,20 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from pitchopt.cli.values import Given, Option, case_value, whole
+from pitchopt.cli.values import Given, Option, as_share, case_value, positive, whole
 from pitchopt.errors import InputError
 
 if TYPE_CHECKING:
     from pitchopt.cases import Case
 
-__all__ = ["build_case", "case_options", "json_option", "output_options", "search_options"]
+__all__ = [
+    "build_case",
+    "case_options",
+    "certify_options",
+    "json_option",
+    "output_options",
+    "search_options",
+]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -111,11 +118,36 @@ def search_options(function: F) -> F:
             "--starts", type=Option("n", whole(1, 1000)), default=5, show_default=True,
             help="Profiles that a local search starts from.",
         ),
-        click.option("--no-certify", is_flag=True, help="Leave out the proven bounds."),
         click.option(
             "--seed", type=Option("n", whole(0, 2**63 - 1)), default=0, show_default=True,
             help="Seed of the random starts beyond the first five.",
         ),
+    ]  # fmt: skip
+    return _stacked(function, options)
+
+
+def certify_options(function: F) -> F:
+    """How far to prove what is found."""
+    options: list[Callable[[F], F]] = [
+        click.option(
+            "--certify", type=click.Choice(["fast", "deep"]), default="fast", show_default=True,
+            help="Bound by the hull relaxation, or close the gap by branch and bound as well.",
+        ),
+        click.option(
+            "--certify-gap", type=Option("share", as_share), metavar="SHARE", default="0.1%",
+            show_default=True,
+            help="Gap at which the branch and bound ends, as a share of the largest mean torque "
+            "(with --mean-torque of the weighted RMS).",
+        ),
+        click.option(
+            "--certify-seconds", type=Option("s", positive(1e7, "s")), metavar="S", default="300",
+            show_default=True, help="Time limit of the branch and bound of one profile.",
+        ),
+        click.option(
+            "--workers", type=Option("n", whole(1, 1024)), metavar="N",
+            help="Processes of the branch and bound.  [default: one a processor]",
+        ),
+        click.option("--no-certify", is_flag=True, help="Leave out the proven bounds."),
     ]  # fmt: skip
     return _stacked(function, options)
 

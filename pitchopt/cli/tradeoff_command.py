@@ -10,6 +10,7 @@ import click
 from pitchopt.cli.options import (
     build_case,
     case_options,
+    certify_options,
     json_option,
     output_options,
     search_options,
@@ -31,11 +32,12 @@ Examples:
   pitchopt tradeoff --case biegel2011 --out demo
   pitchopt tradeoff --case nrel-5mw --wind-speed 9 --positions 48 --loss 1% --loss 2%
   pitchopt tradeoff --case my-case.toml --mu 1,3,10,30 --json > curve.json
+  pitchopt tradeoff --points 8 --certify deep --certify-seconds 60 --out proven
   pitchopt tradeoff --curves table.npz --rotor-speed-rpm 12.1
 
 \b
-Files: tradeoff.csv, tradeoff.json, profiles.npz, and tradeoff.png, profiles.png,
-loads.png, wind.png.
+Files: tradeoff.csv, tradeoff.json, profiles.npz, certificates.npz, and tradeoff.png,
+profiles.png, loads.png, wind.png.
 
 \b
 In the table, RMS cuts are against the best constant pitch, weighted as the
@@ -66,6 +68,7 @@ point's objective is from the proven bound, as a share of the largest torque
     help="Add the design of least RMS for this loss of torque; 3% and 7% always stand there.",
 )
 @search_options
+@certify_options
 @click.option("--no-plots", is_flag=True, help="Leave out the pictures.")
 @output_options
 @json_option
@@ -77,6 +80,7 @@ def command(**options: Any) -> int:
     """
     began = time.perf_counter()
     from pitchopt.cli import output
+    from pitchopt.cli.certify import certify_record, proof_settings
     from pitchopt.cli.progress import Progress
     from pitchopt.exports import tradeoff_document
 
@@ -91,8 +95,7 @@ def command(**options: Any) -> int:
     from pitchopt.design import tradeoff
 
     losses = sorted({*ALWAYS, *options["loss"]})
-    certify = not options["no_certify"]
-    with Progress() as progress:
+    with proof_settings(options) as certify, Progress() as progress:
         result = tradeoff(
             task,
             mu=mu or None,
@@ -107,7 +110,7 @@ def command(**options: Any) -> int:
         "mu": [point.mu for point in result.points if point.kind == "mu"],
         "losses": losses,
         "starts": options["starts"],
-        "certify": certify,
+        **certify_record(options),
         "seed": options["seed"],
     }
     files = _files(case, settings, result, plots=not options["no_plots"]) if folder else {}
@@ -151,7 +154,7 @@ def _text_files(document: dict[str, Any], result: Tradeoff) -> dict[str, str]:
 def _files(
     case: Case, settings: dict[str, Any], result: Tradeoff, *, plots: bool
 ) -> dict[str, bytes | str]:
-    from pitchopt.exports import tradeoff_profiles
+    from pitchopt.exports import certificates_file, tradeoff_profiles
 
     profiles = tradeoff_profiles(
         result,
@@ -160,6 +163,11 @@ def _files(
         settings={"case": case.name, **settings},
     )
     files: dict[str, bytes | str] = {"profiles.npz": profiles.to_bytes()}
+    certificates = {
+        label: point.certificate for label, point in _labelled(result) if point.certificate
+    }
+    if certificates:
+        files["certificates.npz"] = certificates_file(certificates)
     if plots:
         from pitchopt.cli.output import wind_plot
         from pitchopt.plotting import loads_figure, png, profiles_figure, tradeoff_figure

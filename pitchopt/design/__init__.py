@@ -8,12 +8,21 @@ from pitchopt.design.limits import PitchLimits
 from pitchopt.design.multipliers import Multipliers
 from pitchopt.design.problem import DesignProblem, LoadWeights, Objective
 from pitchopt.design.program import ConvexSubproblem
+from pitchopt.design.proof import (
+    Certificate,
+    Proof,
+    ProofSettings,
+    ProvenBound,
+    check_proof,
+    prove,
+)
 from pitchopt.design.relaxation import Relaxation, relax
 from pitchopt.design.results import Compared, Design, LocalSolution, Status, Tradeoff
 from pitchopt.design.scp import ScpSettings, solve_local
 from pitchopt.design.task import CurvesModel, DesignTask, PitchModel
 
 __all__ = [
+    "Certificate",
     "Compared",
     "ConvexSubproblem",
     "CurvesModel",
@@ -26,16 +35,21 @@ __all__ = [
     "Objective",
     "PitchLimits",
     "PitchModel",
+    "Proof",
+    "ProofSettings",
+    "ProvenBound",
     "Relaxation",
     "ScpSettings",
     "Status",
     "Tradeoff",
+    "check_proof",
     "compared",
     "constant",
     "default_mu",
     "design",
     "lagrangian_bound",
     "power_max",
+    "prove",
     "relax",
     "solve_local",
     "tradeoff",

@@ -132,6 +132,7 @@ class ConeProgram:
         settings.verbose = False
         settings.presolve_enable = False
         settings.max_iter = 100
+        settings.max_threads = 1  # the programs are small; parallel work is for processes
         if tolerance is not None:
             settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
         if reduced:

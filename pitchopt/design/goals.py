@@ -20,6 +20,7 @@ from pitchopt.design.constant_pitch import best_constant, constant_for_torque, c
 from pitchopt.design.points import TORQUE_ALONE, PointFinder, finished
 from pitchopt.design.power import maximise_torque
 from pitchopt.design.problem import Objective
+from pitchopt.design.proof import Proof, ProofSettings
 from pitchopt.design.relaxation import relax
 from pitchopt.design.results import Compared, Design, LocalSolution, Tradeoff
 from pitchopt.design.search import Found, climb
@@ -102,7 +103,8 @@ def compared(
     max_power_loss: float | None = None,
     mean_torque: float | None = None,
     starts: int = 5,
-    certify: bool = True,
+    certify: bool | ProofSettings = True,
+    resume: Proof | None = None,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Compared:
@@ -121,8 +123,11 @@ def compared(
         Least weighted RMS at this mean torque, held from both sides [N m].
     starts : int
         Profiles that the local solve starts from.
-    certify : bool
-        Bound the result by the hull relaxation.
+    certify : bool or ProofSettings
+        Bound the result by the hull relaxation; with settings, then close the gap by branch and
+        bound as far as they say.  A better profile that is found on the way replaces the result.
+    resume : Proof, optional
+        The tree of an earlier branch and bound for the same design, to go on from.
     seed : int
         Seed of the random starts beyond the first five.
     progress : callable, optional
@@ -162,7 +167,9 @@ def compared(
             )
         if mean_torque <= best.mean_torque:
             reference = constant_for_torque(task, mean_torque, best=best)
-    finder = PointFinder(task, reference, power, starts, certify, seed, progress, total=3)
+    finder = PointFinder(
+        task, reference, power, starts, certify, seed, progress, total=3, resume=resume
+    )
     finder.tick("power maximum")
     if mu is not None:
         found = finder.point(mu, finder.first_starts(finder.tradeoff_objective(mu)))
@@ -182,7 +189,7 @@ def tradeoff(
     losses: Sequence[float] = _LOSSES,
     starts: int = 5,
     anchors: int = 5,
-    certify: bool = True,
+    certify: bool | ProofSettings = True,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Tradeoff:
@@ -199,8 +206,9 @@ def tradeoff(
         Shares of mean torque lost at which the design of least RMS is added.
     starts, anchors : int
         Starts at each anchor value of mu, and the number of anchors.
-    certify : bool
-        Bound every point by the hull relaxation.
+    certify : bool or ProofSettings
+        Bound every point by the hull relaxation; with settings, then by branch and bound, the
+        time limit counted for each point.
     seed : int
         Seed of the random starts beyond the first five.
     progress : callable, optional

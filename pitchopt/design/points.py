@@ -20,9 +20,12 @@ from numpy.typing import NDArray
 from pitchopt.aero.curves import RotorLoads
 from pitchopt.design.flatten import flattened
 from pitchopt.design.power import maximise_torque
+from pitchopt.design.price import supporting_price
 from pitchopt.design.problem import Objective
+from pitchopt.design.proof import Certificate, Proof, ProofSettings, ProvenBound, prove
 from pitchopt.design.relaxation import Relaxation, relax
 from pitchopt.design.results import Design, Status
+from pitchopt.design.scp import solve_local
 from pitchopt.design.search import Found, Start, rank, search
 from pitchopt.design.task import DesignTask, Progress
 from pitchopt.errors import InfeasibleError
@@ -62,15 +65,18 @@ class PointFinder:
         reference: Design,
         power: Design,
         starts: int,
-        certify: bool,
+        certify: bool | ProofSettings,
         seed: int,
         progress: Progress | None,
         *,
         total: int,
+        resume: Proof | None = None,
     ) -> None:
         self.task = task.operating_at(float(reference.profile.mean()))
         self.reference, self.power = reference, power
-        self.starts, self.certify = starts, certify
+        self.starts, self.certify = starts, bool(certify)
+        self.proof = certify if isinstance(certify, ProofSettings) else None
+        self.resume = resume
         self.random = np.random.default_rng(seed)
         self.progress, self.total, self.done = progress, total, 1
 
@@ -240,7 +246,7 @@ class PointFinder:
         points = []
         for goal in goals:
             since = time.perf_counter() - goal.seconds
-            points.append(self._finished_goal(goal, since))
+            points.append(self._finished_goal(goal, since, goals))
             if goal.kind == "mu":
                 self.tick("certificates")
         return points
@@ -343,13 +349,36 @@ class PointFinder:
         self._improve(goal, self.first_starts(goal.objective))
         self._use_allowance(goal)
         self.tick(goal.label)
-        return self._finished_goal(goal, began)
+        return self._finished_goal(goal, began, [goal])
 
-    def _finished_goal(self, goal: _Goal, began: float) -> Design:
+    def _finished_goal(self, goal: _Goal, began: float, goals: Sequence[_Goal]) -> Design:
         assert goal.found is not None
         if goal.kind == "mu":
             return self.finish(goal.objective, goal.found, "mu", goal.number, None, began)
-        return self._priced(goal.objective, goal.found, goal.kind, goal.number, began)
+        return self._priced(
+            goal.objective, goal.found, goal.kind, goal.number, began, self._others(goals)
+        )
+
+    def _others(self, goals: Sequence[_Goal]) -> FloatArray:
+        """Mean torque less the price of travel, and weighted RMS, of the profiles known, (P, 2)."""
+        solutions = [goal.found.solution for goal in goals if goal.found is not None]
+        known = [(design.profile, design.loads) for design in (self.reference, self.power)]
+        known += [(s.profile, s.loads) for s in solutions if s.status is not Status.SOLVER_FAILED]
+        if not self.task.frozen:
+            known += list(zip(*self._flat, strict=True))
+        return np.array(
+            [
+                (float(loads.mean[0]) - self._travel(profile), self.task.weights.weighted(loads))
+                for profile, loads in known
+                if loads.blade_rms <= self.cap * (1 + 1e-9)
+            ]
+        ).reshape(-1, 2)
+
+    def _travel(self, profile: FloatArray) -> float:
+        """Price of a profile's pitch travel [N m]."""
+        if not self.task.travel:
+            return 0.0
+        return self.task.travel * float(np.abs(np.roll(profile, -1) - profile).sum())
 
     def torque_point(self, torque: float) -> Design:
         """Least weighted RMS at a mean torque held from both sides."""
@@ -372,14 +401,21 @@ class PointFinder:
         return self._priced(objective, found, "mean_torque", torque, began)
 
     def _priced(
-        self, objective: Objective, found: Found, kind: str, target: float, began: float
+        self,
+        objective: Objective,
+        found: Found,
+        kind: str,
+        target: float,
+        began: float,
+        others: FloatArray | None = None,
     ) -> Design:
         """A design under a torque limit, with the price that the limit's multiplier implies.
 
         Where the limit has a multiplier, objective and bound are those of the trade-off at that
-        price.  Without one (the limit does not bind, or only through the outer search of a
-        frozen wake) there is no price, mu is NaN, and they are those of the least RMS itself;
-        so they are for a torque held from both sides.
+        price, or at one at which no other known profile is better
+        (:mod:`pitchopt.design.price`).  Without one (the limit does not bind, or only through
+        the outer search of a frozen wake) there is no price, mu is NaN, and they are those of the
+        least RMS itself; so they are for a torque held from both sides.
         """
         mult = found.solution.multipliers
         price = mult.torque_min - mult.torque_max
@@ -393,8 +429,18 @@ class PointFinder:
             if relaxed is not None:
                 lower = max(0.0, -relaxed.upper_bound)
         priced = kind == "max_power_loss" and np.isfinite(mu)
-        judged = self.tradeoff_objective(float(mu)) if priced else objective
-        result = self.finish(judged, found, kind, float(mu), target, began)
+        judged = objective
+        if priced:
+            assert others is not None
+            loads, profile = found.solution.loads, found.solution.profile
+            worth = float(loads.mean[0]) - self._travel(profile)
+            mu = supporting_price(worth, self.task.weights.weighted(loads), others, float(mu))
+            judged = self.tradeoff_objective(float(mu))
+        result = self.finish(judged, found, kind, float(mu), target, began, objective)
+        if lower is not None and result.upper_bound is not None and self.task.travel == 0:
+            # a T - price J <= bound with T at its limit or above
+            rest = judged.torque * objective.torque_min - result.upper_bound
+            lower = max(lower, rest / (float(mu) if priced else 1.0))
         return replace(result, rms_lower_bound=lower)
 
     def finish(
@@ -405,13 +451,79 @@ class PointFinder:
         mu: float,
         target: float | None,
         began: float,
+        sought: Objective | None = None,
     ) -> Design:
-        """The result object, bounded if wanted."""
-        relaxed = None
+        """The result object, bounded if wanted.
+
+        ``sought`` is what the design is best for, where that is another objective than the one
+        it is judged by.
+        """
+        relaxed, proven = None, None
         if self.certify:
             relaxed = self.bound(objective, found.mean_pitch, found.solution.profile)
+        if relaxed is not None and self.proof is not None:
+            proven = self._proven(objective, found, relaxed)
+            if proven is not None and proven.improved:
+                found = self._continued(sought or objective, found, proven.profile)
         return finished(
-            self.task, objective, found, kind, mu, target, began, relaxed, self.power.mean_torque
+            self.task,
+            objective,
+            found,
+            kind,
+            mu,
+            target,
+            began,
+            relaxed,
+            self.power.mean_torque,
+            proven,
+        )
+
+    def _proven(
+        self, objective: Objective, found: Found, relaxed: Relaxation
+    ) -> ProvenBound | None:
+        """Branch and bound, where the hull relaxation leaves a larger gap than wanted."""
+        assert self.proof is not None
+        problem, profile = self.task.problem(found.mean_pitch), found.solution.profile
+        scale = self.power.mean_torque
+        if objective.torque == 0:  # then nothing is worth torque: the RMS measures itself
+            scale = self.task.weights.weighted(found.solution.loads)
+        value = problem.value(profile, objective)
+        room = max(relaxed.upper_bound - value, 0.0)
+        if scale <= 0 or (self.resume is None and room <= self.proof.gap * scale):
+            return None
+
+        def tell(gap: float, regions: int, still_open: int) -> None:
+            if self.progress is not None:
+                label = f"gap {100 * gap:.2f} %, {still_open} of {regions} regions open"
+                self.progress(self.done, self.total, label)
+
+        return prove(
+            problem,
+            objective,
+            profile,
+            scale=scale,
+            multipliers=relaxed.multipliers,
+            settings=self.proof,
+            resume=self.resume,
+            progress=tell,
+        )
+
+    def _continued(self, objective: Objective, found: Found, profile: FloatArray) -> Found:
+        """The better of a design and the local optimum from a profile of the branch and bound."""
+        problem = self.task.problem(found.mean_pitch)
+        solution = solve_local(problem, objective, profile)
+        if rank(problem, objective, solution.loads, solution.value) <= rank(
+            problem,
+            objective,
+            found.solution.loads,
+            problem.value(found.solution.profile, objective),
+        ):
+            return found
+        return replace(
+            found,
+            solution=solution,
+            start="branch and bound",
+            iterations=found.iterations + solution.iterations,
         )
 
 
@@ -425,6 +537,7 @@ def finished(
     began: float,
     relaxed: Relaxation | None,
     scale: float | None = None,
+    proven: ProvenBound | None = None,
 ) -> Design:
     """Result object of a profile that was found.
 
@@ -438,7 +551,13 @@ def finished(
         raise InfeasibleError(f"{kind}: {solution.message}")
     between = task.between(solution.profile, found.mean_pitch)
     value = problem.value(solution.profile, objective)
-    bound = None if relaxed is None else relaxed.upper_bound
+    bound, certificate = None, None
+    if relaxed is not None:
+        bound = relaxed.upper_bound
+        tree = None
+        if proven is not None and proven.upper_bound <= bound:
+            bound, tree = proven.upper_bound, proven.proof
+        certificate = Certificate.of(problem, objective, bound, relaxed.multipliers, tree)
     return Design(
         kind=kind,
         mu=mu,
@@ -453,7 +572,8 @@ def finished(
         upper_bound=bound,
         gap=None if bound is None or scale is None else (bound - value) / scale,
         rms_lower_bound=None,
-        certificate=None if relaxed is None else relaxed.multipliers,
+        certificate=certificate,
+        proof_ended="" if proven is None else proven.ended,
         mean_pitch=found.mean_pitch,
         status=solution.status,
         message=solution.message,

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pitchopt.aero.curves import LOADS, RotorLoads
 from pitchopt.design.multipliers import Multipliers
+
+if TYPE_CHECKING:
+    from pitchopt.design.proof import Certificate
 
 __all__ = ["Compared", "Design", "LocalSolution", "Status", "Tradeoff"]
 
@@ -80,11 +83,16 @@ class Design:
     objective, upper_bound, gap : float
         Value of mean torque - mu x weighted RMS (and penalties), the proven bound on it over
         all feasible profiles, and (bound - objective) / largest mean torque [-].  For
-        ``mean_torque``, and where mu is NaN, of minus the weighted RMS under the torque limits.
+        ``max_power_loss`` feasible means that the loss is kept as well.  For ``mean_torque``, and
+        where mu is NaN, of minus the weighted RMS under the torque limits.
     rms_lower_bound : float or None
         Proven lower bound on the weighted RMS at the torque limit, for the kinds that have one.
+    certificate : Certificate or None
+        What proves the bound.
     mean_pitch : float or None
         The mean at which the wake is frozen [rad]; the bound holds for this mean.
+    proof_ended : str
+        Why the branch and bound ended; empty where there was none.
     """
 
     kind: str
@@ -100,7 +108,7 @@ class Design:
     upper_bound: float | None
     gap: float | None
     rms_lower_bound: float | None
-    certificate: Multipliers | None
+    certificate: Certificate | None
     mean_pitch: float | None
     status: Status
     message: str
@@ -108,6 +116,7 @@ class Design:
     iterations: int
     seconds: float
     history: tuple[float, ...] = ()
+    proof_ended: str = ""
 
     @property
     def mean_torque(self) -> float:

@@ -6,6 +6,7 @@ Every writer has a reader beside it, and files are written whole or not at all.
 from __future__ import annotations
 
 from pitchopt.exports.aerodyn import BladeMotion, blade_motion, motion_files, read_motion_files
+from pitchopt.exports.certificates import certificates_file, read_certificates
 from pitchopt.exports.files import check_folder, write_files, write_whole
 from pitchopt.exports.harmonics import Harmonics, harmonics, harmonics_csv, read_harmonics_csv
 from pitchopt.exports.profiles import (
@@ -28,6 +29,7 @@ __all__ = [
     "Harmonics",
     "ProfileSet",
     "blade_motion",
+    "certificates_file",
     "check_folder",
     "design_document",
     "design_record",
@@ -37,6 +39,7 @@ __all__ = [
     "motion_files",
     "profile_csv",
     "profile_set",
+    "read_certificates",
     "read_harmonics_csv",
     "read_motion_files",
     "read_profile_csv",

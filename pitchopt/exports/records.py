@@ -122,6 +122,10 @@ def design_record(
         "upper_bound": design.upper_bound,
         "gap": design.gap,
         "rms_lower_bound": design.rms_lower_bound,
+        "bound_method": None if design.certificate is None else design.certificate.method,
+        "bound_leaves_out": None if design.certificate is None else design.certificate.left_out,
+        "proof_regions": _regions(design),
+        "proof_ended": design.proof_ended,
         "frozen_mean_pitch_deg": None
         if design.mean_pitch is None
         else float(np.rad2deg(design.mean_pitch)),
@@ -136,6 +140,13 @@ def design_record(
     if design.kind == "mean_torque":
         record["mean_torque_target"] = design.target
     return record
+
+
+def _regions(design: Design) -> int | None:
+    """Regions in the tree that proves the bound, where there is one."""
+    if design.certificate is None or design.certificate.proof is None:
+        return None
+    return design.certificate.proof.regions
 
 
 def tradeoff_document(

@@ -79,7 +79,7 @@ def test_tradeoff_prints_a_table_and_writes_its_files(run, small, tmp_path):
     assert done.status == 0, done.err
     for text in (
         "best constant pitch", "power maximum", "mu=1 ", "mu=10", "loss=1%", "loss=3%", "loss=7%",
-        "<- knee", "kN m", "between", "lost", "travel", "gap", "converged", "7 files in here/",
+        "<- knee", "kN m", "between", "lost", "travel", "gap", "converged", "8 files in here/",
     ):  # fmt: skip
         assert text in done.out, text
     assert names(tmp_path) == ["here"]

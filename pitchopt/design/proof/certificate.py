@@ -7,10 +7,8 @@ BladeCurves it was made for, :meth:`Certificate.check` computes the bound again.
 
 from __future__ import annotations
 
-import io
-import os
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -42,6 +40,8 @@ class Certificate:
     objective : Objective
         What is bounded, with the limits on mean torque and blade load that profiles keep.
     limits : PitchLimits
+    curves : BladeCurves
+        What the bound is about.
     multipliers : Multipliers
         Of the hull relaxation.
     proof : Proof or None
@@ -57,6 +57,7 @@ class Certificate:
     upper_bound: float
     objective: Objective
     limits: PitchLimits
+    curves: BladeCurves
     multipliers: Multipliers
     proof: Proof | None
     mean_pitch: float | None
@@ -77,6 +78,7 @@ class Certificate:
             upper_bound=upper_bound,
             objective=objective,
             limits=problem.limits,
+            curves=problem.curves,
             multipliers=multipliers,
             proof=proof,
             mean_pitch=problem.curves.mean_pitch,
@@ -89,13 +91,14 @@ class Certificate:
         """``hull relaxation`` or ``branch and bound``."""
         return _HULL if self.proof is None else _TREE
 
-    def check(self, curves: BladeCurves) -> float:
+    def check(self, curves: BladeCurves | None = None) -> float:
         """Compute the bound again from the curves [N m].
 
         Parameters
         ----------
-        curves : BladeCurves
-            As the model gives them, or already narrowed to the limits.
+        curves : BladeCurves, optional
+            As the model gives them, or already narrowed to the limits; those of the certificate
+            by default.
 
         Returns
         -------
@@ -107,20 +110,19 @@ class Certificate:
         InputError
             If the certificate was made for other curves.
         """
-        problem = DesignProblem(curves=curves, limits=self.limits)
+        problem = DesignProblem(curves=curves or self.curves, limits=self.limits)
         if problem_digest(problem, self.objective) != self.digest:
             raise InputError("certificate: made for other curves than those it is checked against")
         if self.proof is not None:
             return check_proof(self.proof, problem, self.objective)
         return lagrangian_bound(problem, self.objective, self.multipliers)[0]
 
-    # ---- files ---------------------------------------------------------------------------
+    # ---- storage -------------------------------------------------------------------------
 
-    def to_bytes(self) -> bytes:
-        """One compressed NPZ file."""
+    def arrays(self) -> dict[str, Any]:
+        """Everything but the curves, as arrays by name."""
         mult, objective, limits = self.multipliers, self.objective, self.limits
         data: dict[str, Any] = {
-            "format": np.array("pitchopt certificate 1"),
             "upper_bound": self.upper_bound,
             "objective": np.array(
                 [
@@ -144,27 +146,11 @@ class Certificate:
         if self.proof is not None:
             for field in fields(Proof):
                 data["tree_" + field.name] = getattr(self.proof, field.name)
-        buffer = io.BytesIO()
-        np.savez_compressed(buffer, allow_pickle=False, **data)
-        return buffer.getvalue()
+        return data
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Certificate:
-        """Read a file that :meth:`to_bytes` filled.
-
-        Raises
-        ------
-        InputError
-            If the file is missing or holds no certificate.
-        """
-        try:
-            with np.load(Path(path), allow_pickle=False) as data:
-                return cls._from(data)
-        except (OSError, ValueError, KeyError, IndexError, EOFError, TypeError) as error:
-            raise InputError(f"certificate: {path} holds none ({error})") from error
-
-    @classmethod
-    def _from(cls, data: Any) -> Certificate:
+    def from_arrays(cls, data: Mapping[str, Any], curves: BladeCurves) -> Certificate:
+        """What :meth:`arrays` made of a certificate."""
         numbers = [float(v) for v in data["objective"]]
         speed, rate, lower, upper = (float(v) for v in data["limits"])
         low, high, cap, mean = (float(v) for v in data["single"])
@@ -186,6 +172,7 @@ class Certificate:
                 blade_cap=numbers[9],
             ),
             limits=PitchLimits(rotor_speed=speed, pitch_rate=rate, lower=lower, upper=upper),
+            curves=curves,
             multipliers=Multipliers(
                 loads=data["loads"],
                 blade=data["blade"],

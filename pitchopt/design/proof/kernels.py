@@ -4,6 +4,8 @@ A curve of station n is the row n of an array of values at the breakpoints ``bet
 interval [lo_n, hi_n] its extremes stand on breakpoints inside or on the interval's ends, so
 that every range, maximum and level set here is exact but for rounding, which the callers
 cover by moving levels outward.
+
+The module is imported where it is used, not at the top: numba takes a while to load.
 """
 
 from __future__ import annotations

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitchopt.design.multipliers import Multipliers
-from pitchopt.design.proof import kernels
 from pitchopt.design.proof.region import Frame, Region, dual_step, tightened
 from pitchopt.design.relaxation import HullSolution, solve_hull
 
@@ -25,7 +24,7 @@ Single = NDArray[np.float32]
 
 _COLUMNS = 3  # breakpoints inside an interval that enter the relaxation
 _TOLERANCE = 1e-5  # of the cone solver: multipliers need no more
-_SHRUNK = 0.4  # a region is bounded anew when its size has fallen by this much
+_SHRUNK = 0.8  # a region is bounded anew when its size has fallen by this much
 _AGAIN = 0.8  # and once more when the bound has made it smaller still
 _NARROW = 1e-9  # [rad]; intervals that are not split any more
 
@@ -313,6 +312,8 @@ def _candidates(frame: Frame, node: Node) -> list[Branch]:
     widths = region.widths
     chosen = [int(np.argmax(widths))]
     if node.multipliers is not None and node.profile is not None:
+        from pitchopt.design.proof import kernels
+
         coefficients = frame.coefficients(frame.prepared(unpacked(frame, node.multipliers)))
         lower, upper = region.lower, region.upper
         maxima = kernels.linear_maxima(frame.beta, frame.loads, coefficients, lower, upper)

@@ -37,7 +37,6 @@ from pitchopt.design.certificate import constant_terms, linear_terms, projected,
 from pitchopt.design.limits import lipschitz_lower, lipschitz_upper
 from pitchopt.design.multipliers import Multipliers
 from pitchopt.design.problem import DesignProblem, Objective
-from pitchopt.design.proof import kernels
 
 __all__ = ["Frame", "Region", "dual_step", "tightened"]
 
@@ -127,6 +126,8 @@ class Frame:
 
     def first(self) -> Region:
         """The region of all profiles that keep range, stall and torque limits."""
+        from pitchopt.design.proof import kernels
+
         curves = self.problem.curves
         means = np.empty((4, 2))
         spans = kernels.ranges(self.beta, self.loads[:4], curves.lower, curves.upper)
@@ -228,6 +229,8 @@ def tightened(
     slices : int
         Slices of each interval in the scan.
     """
+    from pitchopt.design.proof import kernels
+
     step, m = frame.problem.step, frame.positions
     lower, upper, means, rms = region.lower, region.upper, region.means, region.rms
     for _ in range(passes):
@@ -312,6 +315,8 @@ def dual_step(
     region : Region or None
         None when the bound is below the cut, or no profile is left.
     """
+    from pitchopt.design.proof import kernels
+
     mult = frame.prepared(mult)
     coefficients = frame.coefficients(mult)
     maxima = kernels.linear_maxima(

@@ -1,0 +1,93 @@
+"""``pitchopt check``: compute stored bounds again, from curves and multipliers alone."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import click
+
+from pitchopt.cli.options import json_option
+from pitchopt.errors import ComputationError
+
+__all__ = ["command"]
+
+_ROUNDING = 1e-9  # by which a bound may come out above the stored one, relative
+
+_EPILOG = """\b
+Examples:
+  pitchopt check proven/certificates.npz
+  pitchopt check proven/certificates.npz --curves table.npz
+
+\b
+Exit status 0 when every bound comes out as stored or below, 1 when one does not."""
+
+
+@click.command("check", epilog=_EPILOG)
+@click.argument("file", metavar="CERTIFICATES.npz")
+@click.option(
+    "--curves",
+    metavar="FILE",
+    help="Table of BladeCurves that the bounds are to hold for, instead of those stored beside "
+    "them; must be the same.",
+)
+@json_option
+def command(**options: Any) -> int:
+    """Check the bounds in a file of certificates.
+
+    Every bound is computed again from the blade curves, the limits and the stored multipliers;
+    for a branch and bound the whole tree of regions is gone through.  No solver is called.
+    """
+    from pitchopt.aero.curves import BladeCurves
+    from pitchopt.cli.progress import Progress
+    from pitchopt.exports import document_text, read_certificates
+
+    certificates = read_certificates(options["file"])
+    curves = None if options["curves"] is None else BladeCurves.load(options["curves"])
+    rows = []
+    with Progress() as progress:
+        for number, (label, certificate) in enumerate(certificates.items()):
+            progress(number, len(certificates), label)
+            began = time.perf_counter()
+            bound = certificate.check(curves)
+            stored = certificate.upper_bound
+            rows.append(
+                {
+                    "label": label,
+                    "method": certificate.method,
+                    "regions": None if certificate.proof is None else certificate.proof.regions,
+                    "upper_bound": stored,
+                    "upper_bound_checked": bound,
+                    "leaves_out": certificate.left_out,
+                    "holds": bool(bound <= stored + _ROUNDING * abs(stored)),
+                    "seconds": time.perf_counter() - began,
+                }
+            )
+    if options["as_json"]:
+        click.echo(document_text({"file": options["file"], "certificates": rows}), nl=False)
+    else:
+        _print(rows)
+    wrong = [row["label"] for row in rows if not row["holds"]]
+    if wrong:
+        raise ComputationError(
+            f"certificates: the bound of {', '.join(map(str, wrong))} does not come out"
+        )
+    return 0
+
+
+def _print(rows: list[dict[str, Any]]) -> None:
+    from pitchopt.cli.tables import text_table
+
+    header = ["certificate", "method", "regions", "stored bound", "computed again", "holds"]
+    body = [
+        [
+            row["label"],
+            row["method"],
+            "-" if row["regions"] is None else str(row["regions"]),
+            f"{row['upper_bound']:.9g}",
+            f"{row['upper_bound_checked']:.9g}",
+            "yes" if row["holds"] else "NO",
+        ]
+        for row in rows
+    ]
+    click.echo(text_table([header, *body], left=2))
