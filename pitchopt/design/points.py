@@ -37,6 +37,7 @@ FloatArray = NDArray[np.float64]
 _CLOSE = 2e-6  # bound met to this share of torque: no further start can gain
 TORQUE_ALONE = Objective(torque=1.0, rms=(0.0, 0.0, 0.0, 0.0, 0.0))
 _WAVE = np.radians(0.4)
+_PRICES = 8  # of a loss that a branch and bound tries
 _TOP_PRICE = 100.0  # in torque over RMS; a limit with a higher one counts as not binding
 
 
@@ -428,20 +429,62 @@ class PointFinder:
             relaxed = self.bound(bare, found.mean_pitch, found.solution.profile)
             if relaxed is not None:
                 lower = max(0.0, -relaxed.upper_bound)
-        priced = kind == "max_power_loss" and np.isfinite(mu)
-        judged = objective
-        if priced:
+        if kind == "max_power_loss" and np.isfinite(mu):
             assert others is not None
-            loads, profile = found.solution.loads, found.solution.profile
-            worth = float(loads.mean[0]) - self._travel(profile)
-            mu = supporting_price(worth, self.task.weights.weighted(loads), others, float(mu))
-            judged = self.tradeoff_objective(float(mu))
-        result = self.finish(judged, found, kind, float(mu), target, began, objective)
+            result = self._supported(objective, found, target, began, float(mu), others)
+            mu = result.mu
+        else:
+            result = self.finish(objective, found, kind, float(mu), target, began)
         if lower is not None and result.upper_bound is not None and self.task.travel == 0:
-            # a T - price J <= bound with T at its limit or above
-            rest = judged.torque * objective.torque_min - result.upper_bound
-            lower = max(lower, rest / (float(mu) if priced else 1.0))
+            # T - mu J <= bound at mean torques of the limit and above
+            if kind == "max_power_loss" and np.isfinite(mu):
+                lower = max(lower, (objective.torque_min - result.upper_bound) / mu)
+            else:
+                lower = max(lower, -result.upper_bound)
         return replace(result, rms_lower_bound=lower)
+
+    def _supported(
+        self,
+        objective: Objective,
+        found: Found,
+        loss: float,
+        began: float,
+        local: float,
+        others: FloatArray,
+    ) -> Design:
+        """A design for a loss, judged at a price at which no other known profile is better.
+
+        A branch and bound that comes upon a better profile at the price ends, and goes on with
+        the price that this profile leaves, or from the better design that it leads to.
+        """
+        weighted = self.task.weights.weighted
+        left = np.inf if self.proof is None else self.proof.seconds
+        for attempt in range(_PRICES):
+            solution = found.solution
+            worth = float(solution.loads.mean[0]) - self._travel(solution.profile)
+            mu = supporting_price(worth, weighted(solution.loads), others, local)
+            judged = self.tradeoff_objective(mu)
+            relaxed, proven = None, None
+            if self.certify:
+                relaxed = self.bound(judged, found.mean_pitch, solution.profile)
+            if relaxed is not None and self.proof is not None:
+                since = time.perf_counter()
+                proven = self._proven(
+                    judged, found, relaxed, left, until_better=attempt < _PRICES - 1
+                )
+                left = max(left - (time.perf_counter() - since), 0.0)
+            if proven is None or proven.ended != "better profile":
+                break
+            loads = self.task.problem(found.mean_pitch).curves.evaluate(proven.profile)
+            worth = float(loads.mean[0]) - self._travel(proven.profile)
+            others = np.vstack([others, [worth, weighted(loads)]])
+            found = self._continued(objective, found, proven.profile)
+        if proven is not None and proven.improved:
+            found = self._continued(objective, found, proven.profile)
+        return finished(
+            self.task, judged, found, "max_power_loss", mu, loss, began, relaxed,
+            self.power.mean_torque, proven,
+        )  # fmt: skip
 
     def finish(
         self,
@@ -451,20 +494,15 @@ class PointFinder:
         mu: float,
         target: float | None,
         began: float,
-        sought: Objective | None = None,
     ) -> Design:
-        """The result object, bounded if wanted.
-
-        ``sought`` is what the design is best for, where that is another objective than the one
-        it is judged by.
-        """
+        """The result object, bounded if wanted."""
         relaxed, proven = None, None
         if self.certify:
             relaxed = self.bound(objective, found.mean_pitch, found.solution.profile)
         if relaxed is not None and self.proof is not None:
-            proven = self._proven(objective, found, relaxed)
+            proven = self._proven(objective, found, relaxed, self.proof.seconds)
             if proven is not None and proven.improved:
-                found = self._continued(sought or objective, found, proven.profile)
+                found = self._continued(objective, found, proven.profile)
         return finished(
             self.task,
             objective,
@@ -479,7 +517,13 @@ class PointFinder:
         )
 
     def _proven(
-        self, objective: Objective, found: Found, relaxed: Relaxation
+        self,
+        objective: Objective,
+        found: Found,
+        relaxed: Relaxation,
+        seconds: float,
+        *,
+        until_better: bool = False,
     ) -> ProvenBound | None:
         """Branch and bound, where the hull relaxation leaves a larger gap than wanted."""
         assert self.proof is not None
@@ -503,7 +547,8 @@ class PointFinder:
             profile,
             scale=scale,
             multipliers=relaxed.multipliers,
-            settings=self.proof,
+            settings=replace(self.proof, seconds=seconds),
+            until_better=until_better,
             resume=self.resume,
             progress=tell,
         )

@@ -33,6 +33,7 @@ def failed(program: ConeProgram) -> ConeSolution:
         z=np.full(program.height, np.nan),
         status="NumericalError",
         solved=False,
+        infeasible=False,
         iterations=0,
         seconds=0.0,
     )
@@ -42,8 +43,10 @@ def failed(program: ConeProgram) -> ConeSolution:
 def broken_cones(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every direct solve fails; cvxpy still works."""
 
-    def refuse(self: ConeProgram, *, reduced: bool = False) -> ConeSolution:
-        del reduced
+    def refuse(
+        self: ConeProgram, *, reduced: bool = False, tolerance: float | None = None
+    ) -> ConeSolution:
+        del reduced, tolerance
         return failed(self)
 
     monkeypatch.setattr(ConeProgram, "solve", refuse)
@@ -61,9 +64,11 @@ class TestFallbacks:
     def test_the_looser_scaling_comes_first(self, monkeypatch: pytest.MonkeyPatch) -> None:
         real, reduced_calls = ConeProgram.solve, []
 
-        def flaky(self: ConeProgram, *, reduced: bool = False) -> ConeSolution:
+        def flaky(
+            self: ConeProgram, *, reduced: bool = False, tolerance: float | None = None
+        ) -> ConeSolution:
             reduced_calls.append(reduced)
-            return real(self, reduced=reduced) if reduced else failed(self)
+            return real(self, reduced=reduced, tolerance=tolerance) if reduced else failed(self)
 
         want = solve_local(PROBLEM, OBJECTIVE, np.zeros(12))
         monkeypatch.setattr(ConeProgram, "solve", flaky)
@@ -82,9 +87,15 @@ class TestFallbacks:
         want = solve_local(PROBLEM, OBJECTIVE, np.zeros(12))
         real, count = ConeProgram.solve, [0]
 
-        def flaky(self: ConeProgram, *, reduced: bool = False) -> ConeSolution:
+        def flaky(
+            self: ConeProgram, *, reduced: bool = False, tolerance: float | None = None
+        ) -> ConeSolution:
             count[0] += 1
-            return failed(self) if count[0] % 3 == 1 else real(self, reduced=reduced)
+            return (
+                failed(self)
+                if count[0] % 3 == 1
+                else real(self, reduced=reduced, tolerance=tolerance)
+            )
 
         monkeypatch.setattr(ConeProgram, "solve", flaky)
         solution = solve_local(PROBLEM, OBJECTIVE, np.zeros(12))
@@ -132,9 +143,13 @@ class TestWorksUntilItFails:
     def test_a_failure_later_is_not_called_converged(self, monkeypatch: pytest.MonkeyPatch) -> None:
         real, count = ConeProgram.solve, [0]
 
-        def dies(self: ConeProgram, *, reduced: bool = False) -> ConeSolution:
+        def dies(
+            self: ConeProgram, *, reduced: bool = False, tolerance: float | None = None
+        ) -> ConeSolution:
             count[0] += 1
-            return failed(self) if count[0] > 2 else real(self, reduced=reduced)
+            return (
+                failed(self) if count[0] > 2 else real(self, reduced=reduced, tolerance=tolerance)
+            )
 
         def refuse(self: cp.Problem, *args: Any, **kwargs: Any) -> None:
             raise cp.SolverError("out of order")

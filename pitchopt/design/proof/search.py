@@ -86,8 +86,8 @@ class ProvenBound:
     improved : bool
         True when it is better than the one that came in.
     ended : str
-        ``gap reached``, ``time limit``, ``region limit``, ``interrupted`` or ``nothing left to
-        split``.
+        ``gap reached``, ``time limit``, ``region limit``, ``interrupted``, ``better profile`` or
+        ``nothing left to split``.
     regions, open_regions : int
     seconds : float
     history : tuple of (float, int, float)
@@ -145,6 +145,7 @@ def prove(
     multipliers: Multipliers | None = None,
     settings: ProofSettings | None = None,
     resume: Proof | None = None,
+    until_better: bool = False,
     progress: GapProgress | None = None,
 ) -> ProvenBound:
     """Bound the objective of every feasible profile by branch and bound.
@@ -164,6 +165,8 @@ def prove(
     settings : ProofSettings, optional
     resume : Proof, optional
         The tree of an earlier search on the same problem and objective, to go on from.
+    until_better : bool
+        End as soon as a better profile is found.
     progress : callable, optional
         Called with the gap, the regions so far and the regions open.
 
@@ -200,6 +203,8 @@ def prove(
         if progress is not None:
             progress(history[-1][2], history[-1][1], len(state.heap))
         ended = state.ended(began)
+        if ended is None and until_better and state.improved:
+            ended = "better profile"
     bound = state.bound()
     return ProvenBound(
         upper_bound=bound,
