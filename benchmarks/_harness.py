@@ -27,12 +27,18 @@ PACKAGES = ("numpy", "scipy", "clarabel", "cvxpy", "casadi")
 
 def options(docstring: str, argv: list[str] | None = None, *, hidden: bool = False) -> Any:
     """Read ``--quick`` and ``--out FILE.json``; with ``hidden`` also ``--one M,N,REPEATS``."""
-    parser = argparse.ArgumentParser(description=docstring.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="tiny sizes, to see that it runs")
-    parser.add_argument("--out", type=Path, metavar="FILE.json", help="write the lines there too")
+    given = parser(docstring)
     if hidden:
-        parser.add_argument("--one", help=argparse.SUPPRESS)
-    return parser.parse_args(argv)
+        given.add_argument("--one", help=argparse.SUPPRESS)
+    return given.parse_args(argv)
+
+
+def parser(docstring: str) -> argparse.ArgumentParser:
+    """Options that every benchmark has; the first line says what it is."""
+    common = argparse.ArgumentParser(description=docstring.splitlines()[0])
+    common.add_argument("--quick", action="store_true", help="tiny sizes, to see that it runs")
+    common.add_argument("--out", type=Path, metavar="FILE.json", help="write the lines there too")
+    return common
 
 
 def environment() -> dict[str, Any]:

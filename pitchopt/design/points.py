@@ -17,13 +17,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from pitchopt.aero.curves import RotorLoads
-from pitchopt.design.flatten import flattened
+from pitchopt.design.flatten import FlatProfiles
 from pitchopt.design.power import maximise_torque
 from pitchopt.design.problem import Objective
 from pitchopt.design.relaxation import Relaxation, relax
 from pitchopt.design.results import Design, Status
-from pitchopt.design.search import Found, Start, rank, search
+from pitchopt.design.search import Found, Start, search, valued
 from pitchopt.design.task import DesignTask, Progress
 from pitchopt.errors import InfeasibleError
 
@@ -32,6 +31,8 @@ __all__ = ["TORQUE_ALONE", "PointFinder", "finished"]
 FloatArray = NDArray[np.float64]
 
 _CLOSE = 2e-6  # bound met to this share of torque: no further start can gain
+_APART = np.radians(0.3)  # somewhere, for a profile to be another one
+_CONTENDS = 2e-3  # share by which a profile may trail another and still be solved from
 TORQUE_ALONE = Objective(torque=1.0, rms=(0.0, 0.0, 0.0, 0.0, 0.0))
 _WAVE = np.radians(0.4)
 _TOP_PRICE = 100.0  # in torque over RMS; a limit with a higher one counts as not binding
@@ -121,7 +122,7 @@ class PointFinder:
             Start(label="power maximum", profile=self.power.profile),
         ]
         if not self.task.frozen:
-            flat = self._flattened(objective)
+            flat = self.flat.starts(objective)
             starts += flat[:1]
             for share, end in ((0.5, low), (0.25, high)):
                 pitch = base + share * (end - base)
@@ -145,35 +146,10 @@ class PointFinder:
         return starts[: self.starts]
 
     @cached_property
-    def _flat(self) -> tuple[FloatArray, list[RotorLoads]]:
-        """Flattened profiles of the task and their loads; none with a frozen wake."""
-        if self.task.frozen:
-            return np.empty((0, 0)), []
-        problem = self.task.problem()
-        profiles = flattened(problem, float(self.reference.profile.mean()))
-        return profiles, [problem.curves.evaluate(profile) for profile in profiles]
-
-    def _flattened(self, objective: Objective, count: int = 2) -> list[Start]:
-        """The flattened profiles that an objective likes best, a degree apart somewhere."""
-        profiles, loads = self._flat
-        if not loads:
-            return []
-        problem = self.task.problem()
-        values = np.array(
-            [
-                rank(problem, objective, load, problem.value_of(load, travel, objective))
-                for load, travel in zip(loads, map(problem.travel, profiles), strict=True)
-            ]
-        )
-        chosen: list[FloatArray] = []
-        for i in np.argsort(-values):
-            if all(np.max(np.abs(profiles[i] - other)) > np.radians(1.0) for other in chosen):
-                chosen.append(profiles[i])
-            if len(chosen) == count:
-                break
-        return [
-            Start(label=f"flattened {i + 1}", profile=profile) for i, profile in enumerate(chosen)
-        ]
+    def flat(self) -> FlatProfiles:
+        """Flattened profiles of the task."""
+        mean = self.reference.mean_pitch
+        return FlatProfiles(self.task.problem(mean), float(self.reference.profile.mean()))
 
     def bound(
         self, objective: Objective, mean: float | None, profile: FloatArray | None
@@ -214,6 +190,9 @@ class PointFinder:
         """
         count = len(prices)
         goals = [_Goal("mu", price, self.tradeoff_objective(price)) for price in prices]
+        self.flat.refine(
+            [goal.objective for goal in goals] + [self._loss_objective(loss) for loss in losses]
+        )
         for i in np.unique(np.linspace(0, count - 1, min(anchors, count)).astype(int)):
             self._improve(goals[i], self.first_starts(goals[i].objective))
             self.tick(goals[i].label)
@@ -234,6 +213,8 @@ class PointFinder:
             self._use_allowance(goal)
             goals.append(goal)
             self.tick(goal.label)
+        for goal in goals:
+            self._challenge(goal)
         for _ in range(3):
             if not self._exchange(goals):
                 break
@@ -253,28 +234,41 @@ class PointFinder:
         if goal.found is None or self._rank(goal, found) > self._rank(goal, goal.found):
             goal.found = found
 
+    def _challenge(self, goal: _Goal) -> None:
+        """Start again from the best flattened profile if it is better, or near and another one."""
+        if goal.found is None:
+            return
+        problem, own = self.task.problem(goal.found.mean_pitch), goal.found.solution.profile
+        value = self._rank(goal, goal.found)
+        for start in self.flat.starts(goal.objective, 1):
+            lead = (valued(problem, goal.objective, start.profile) - value) / self._unit(goal)
+            apart = np.max(np.abs(start.profile - own)) > _APART
+            if lead > 0 or (apart and lead > -_CONTENDS):
+                self._improve(goal, [start])
+
+    def _unit(self, goal: _Goal) -> float:
+        """What shares of a goal's value are counted of: torque or RMS [N m]."""
+        by_torque = goal.objective.torque > 0
+        return self.power.mean_torque if by_torque else self.reference.rms_weighted
+
     def _rank(self, goal: _Goal, found: Found) -> float:
         """Value of a found profile for a goal; broken limits are not forgiven."""
         solution = found.solution
         if solution.status is Status.SOLVER_FAILED:
             return -np.inf
-        problem, objective = self.task.problem(found.mean_pitch), goal.objective
-        value = problem.value_of(solution.loads, problem.travel(solution.profile), objective)
-        return rank(problem, objective, solution.loads, value)
+        return valued(self.task.problem(found.mean_pitch), goal.objective, solution.profile)
 
     def _exchange(self, goals: Sequence[_Goal]) -> bool:
         """Start again wherever another goal's profile is the better one; True if any was."""
         changed = False
         for goal in goals:
-            by_torque = goal.objective.torque > 0
-            unit = self.power.mean_torque if by_torque else self.reference.rms_weighted
             ranks = [
                 self._rank(goal, other.found) if other.found is not None else -np.inf
                 for other in goals
             ]
             other = goals[int(np.argmax(ranks))]
             own = -np.inf if goal.found is None else self._rank(goal, goal.found)
-            if other is goal or other.found is None or max(ranks) <= own + 1e-7 * unit:
+            if other is goal or other.found is None or max(ranks) <= own + 1e-7 * self._unit(goal):
                 continue
             start = Start(label=other.label, profile=other.found.solution.profile)
             self._improve(goal, [start])
@@ -334,7 +328,7 @@ class PointFinder:
         starts = [
             Start(label=known[i].label, profile=known[i].found.solution.profile) for i in picked
         ]
-        return starts + self._flattened(goal.objective)
+        return starts + self.flat.starts(goal.objective)
 
     def loss_point(self, loss: float) -> Design:
         """Least weighted RMS for at most this loss of torque against the power maximum."""
