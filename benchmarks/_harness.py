@@ -12,6 +12,7 @@ import math
 import os
 import platform
 import statistics
+from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -77,11 +78,13 @@ def rounded(value: Any, digits: int = 7) -> Any:
 class Report:
     """Prints every measurement as one JSON line and keeps the lines for a file."""
 
-    def __init__(self, benchmark: str, *, quick: bool, out: Path | None) -> None:
+    def __init__(
+        self, benchmark: str, *, quick: bool, out: Path | None, kept: Sequence[str] = ()
+    ) -> None:
         self._head = {"benchmark": benchmark, "quick": quick, "seed": SEED}
         self._environment = environment()
         self._out = out
-        self._lines: list[str] = []
+        self._lines = list(kept)  # of an earlier run that this one goes on from
 
     def add(self, measurement: str, **figures: Any) -> None:
         """One measurement."""

@@ -8,12 +8,14 @@ smoothed curves, and the best ten, told apart on the curves themselves, through 
 solve; with ``--full`` every start goes through the full solve instead.
 
 A gain is in the point's own objective, as a share of the largest mean torque; for the designs of
-a given loss it is mu times the RMS saved, with the mu of that point.
+a given loss it is mu times the RMS saved, with the mu of that point.  Designs of a given loss and
+the point of the highest price are compared with the optimum by exact flattening as well, which
+uses no convex program.
 
     python benchmarks/random_starts.py [--quick] [--out FILE.json] [--cases NAME ...]
                                        [--points P] [--starts S] [--full]
 
-Lines are written as cases end; a run with the same ``--out`` leaves out the cases that are in it.
+The file is written as cases end; a run with the same ``--out`` leaves out the cases in it.
 """
 
 from __future__ import annotations
@@ -61,7 +63,9 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
 }
 
 
-def random_profiles(problem: Any, count: int, rng: np.random.Generator) -> Iterator[tuple[str, Any]]:
+def random_profiles(
+    problem: Any, count: int, rng: np.random.Generator
+) -> Iterator[tuple[str, Any]]:
     """Feasible random profiles, the four kinds in turn."""
     curves = problem.curves
     n, (low, high) = curves.stations, problem.constant_range
@@ -99,6 +103,7 @@ class Judge:
         self.screen = Subproblem(self.problem.softened)
 
     def objective(self, point: Any) -> Any:
+        """What a point of the curve maximises."""
         from pitchopt.design import Objective
 
         share = self.task.blade_cap
@@ -110,18 +115,11 @@ class Judge:
         torque = (1.0 - point.target) * self.result.power_max.mean_torque
         return Objective.least_rms(self.task.weights, torque_min=torque, **limits)
 
-    def score(self, objective: Any, profile: Any) -> float:
-        from pitchopt.design.search import rank
-
-        problem = self.problem
-        loads = problem.curves.evaluate(profile)
-        value = problem.value_of(loads, problem.travel(profile), objective)
-        return rank(objective, loads, value)
-
     def point(self, point: Any, seed: int) -> dict[str, Any]:
         """The largest gain of the random starts over one point of the curve."""
         from pitchopt.design import solve_local
         from pitchopt.design.scp import ScpSettings
+        from pitchopt.design.search import valued
 
         began, objective = time.process_time(), self.objective(point)
         settings = ScpSettings()
@@ -137,36 +135,72 @@ class Judge:
                 ).profile
                 for _, profile in firsts
             ]
-            firsts = [(kind, self.problem.repaired(end)) for (kind, _), end in zip(firsts, ends, strict=True)]
-            firsts.sort(key=lambda one: -self.score(objective, one[1]))
+            firsts = [
+                (kind, self.problem.repaired(end))
+                for (kind, _), end in zip(firsts, ends, strict=True)
+            ]
+            firsts.sort(key=lambda one: -valued(self.problem, objective, one[1]))
             firsts, settings = firsts[:FINISHED], settings.finishing()
-        best, kind, profile = -np.inf, "", None
+        best, kind, profile = -np.inf, "", firsts[0][1]
         for name, first in firsts:
             solution = solve_local(
                 self.problem, objective, first, settings=settings, subproblem=self.subproblem
             )
-            value = self.score(objective, solution.profile)
+            value = valued(self.problem, objective, solution.profile)
             if value > best:
                 best, kind, profile = value, name, solution.profile
         loads = self.problem.curves.evaluate(profile)
-        gain = best - self.score(objective, point.profile)
-        price = 1.0 if point.kind == "mu" else point.mu
-        scale = self.result.power_max.mean_torque
         return {
             "kind": point.kind,
             "mu": point.mu,
             "target": point.target,
+            "status": str(point.status.value),
+            "start": point.start,
             "torque_lost_percent": 100 * self.result.loss(point),
             "rms_weighted": point.rms_weighted,
-            "start": point.start,
-            "gain_percent": 100 * price * gain / scale,
-            "rms_saved_percent": 100 * (1 - self.task.weights.weighted(loads) / point.rms_weighted),
-            "random_start": kind,
-            "random_torque_lost_percent": 100 * (1 - float(loads.mean[0]) / scale),
+            "gain_percent": self.percent(point, best),
+            "random_kind": kind,
+            "random_torque_lost_percent": self.lost(loads),
             "random_rms_weighted": self.task.weights.weighted(loads),
-            "random_profile": profile,
             "starts": self.starts,
             "finished": len(firsts),
+            "cpu_seconds": time.process_time() - began,
+        }
+
+    def lost(self, loads: Any) -> float:
+        """Torque lost against the power maximum [%]."""
+        return 100 * (1 - float(loads.mean[0]) / self.result.power_max.mean_torque)
+
+    def percent(self, point: Any, value: float) -> float:
+        """By how much a value of the point's objective is above the point's [% of torque]."""
+        from pitchopt.design.search import valued
+
+        price = 1.0 if point.kind == "mu" else point.mu
+        own = valued(self.problem, self.objective(point), point.profile)
+        return 100 * price * (value - own) / self.result.power_max.mean_torque
+
+    def flattened(self, point: Any) -> dict[str, Any]:
+        """The optimum by exact flattening beside one point."""
+        from pitchopt.design.flat_optimum import flat_optimum
+        from pitchopt.errors import InfeasibleError
+
+        began = time.process_time()
+        pitch = float(self.result.constant.profile.mean())
+        figures: dict[str, Any] = {"kind": point.kind, "mu": point.mu, "target": point.target}
+        try:
+            flat = flat_optimum(self.problem, self.objective(point), pitch)
+        except InfeasibleError as error:
+            return {**figures, "applies": False, "reason": str(error)}
+        return {
+            **figures,
+            "applies": True,
+            "flat": flat.flat,
+            "branch": flat.branch,
+            "gain_percent": self.percent(point, flat.value),
+            "torque_lost_percent": self.lost(flat.loads),
+            "rms_weighted": point.rms_weighted,
+            "flat_rms_weighted": self.task.weights.weighted(flat.loads),
+            "evaluations": flat.evaluations,
             "cpu_seconds": time.process_time() - began,
         }
 
@@ -182,12 +216,15 @@ def run_case(report: _harness.Report, name: str, args: argparse.Namespace) -> No
     result = tradeoff(task, points=args.points, seed=_harness.SEED)
     seconds = time.process_time() - began
     judge = Judge(task, result, starts=args.starts, full=args.full)
-    gains = []
+    gains: list[float] = []
     for i, point in enumerate(result.points):
         line = judge.point(point, _harness.SEED + i)
-        line.pop("random_profile")
         report.add("point", case=name, **line)
         gains.append(line["gain_percent"])
+    steep = max((point for point in result.points if point.kind == "mu"), key=lambda p: p.mu)
+    for point in result.points:
+        if point is steep or point.kind != "mu":
+            report.add("flattened optimum", case=name, **judge.flattened(point))
     finite = [gain for gain in gains if np.isfinite(gain)]
     report.add(
         "case",
@@ -206,6 +243,13 @@ def run_case(report: _harness.Report, name: str, args: argparse.Namespace) -> No
     )
 
 
+def finished_lines(out: Path | None) -> list[str]:
+    """Lines of an earlier run."""
+    if out is None or not out.is_file():
+        return []
+    return out.read_text(encoding="utf-8").splitlines()
+
+
 def main(argv: list[str] | None = None) -> int:
     parser = _harness.parser(__doc__)
     parser.add_argument("--cases", nargs="+", default=list(CASES), choices=list(CASES))
@@ -216,7 +260,13 @@ def main(argv: list[str] | None = None) -> int:
     if args.quick:
         args.points, args.starts = 2, 4
         args.cases = args.cases[:1]
-    report = _harness.Report("random_starts", quick=args.quick, out=args.out)
+    kept = finished_lines(args.out)
+    report = _harness.Report("random_starts", quick=args.quick, out=args.out, kept=kept)
+    done = {json.loads(line)["case"] for line in kept}
+    for name in args.cases:
+        if name not in done:
+            run_case(report, name, args)
+            report.close()
     return 0
 
 

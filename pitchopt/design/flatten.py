@@ -37,12 +37,14 @@ KEPT = ((0, 1, 2), (1, 2, 3))
 
 _LOSSES = (0.003, 0.01, 0.02, 0.035, 0.06, 0.1, 0.16, 0.25)
 _SHARES = (-0.12, -0.06, 0.0, 0.06, 0.12)  # of torque, added to the constant pitch's mean
+_CONSTANT = -1  # stands for a family where the profile is a constant pitch
+_CONSTANTS = 61
 _STEPS = 6  # of Newton's method at a position
 _DAMPING = 1e-8
 _SETTLED = 1e-9  # [rad]
 _MISSED = 5e-3  # [rad]; starts that miss a target by more are dropped
 _STEP_SIZES = np.array([0.6, 0.06, 0.06])  # of the grid: log loss, shares
-_ROUNDS = 4  # of refinement, each with half the step
+_ROUNDS = 6  # of refinement, each with half the step
 _BASINS = 4  # that are refined
 _APART = np.radians(0.5)  # somewhere, for two profiles to count as two
 
@@ -191,9 +193,7 @@ def _newton(
             j = np.clip(np.searchsorted(knots, beta[:, b], side="right") - 1, 0, last)
             slope = curves.slopes[loads, n][:, j]
             jacobian[:, :, b] = slope.T / unit
-            residual = residual + (
-                curves.loads[loads, n][:, j] + slope * (beta[:, b] - knots[j])
-            ).T
+            residual = residual + (curves.loads[loads, n][:, j] + slope * (beta[:, b] - knots[j])).T
         residual = residual / unit
         miss = np.abs(residual).max(axis=1, initial=0.0)
         transposed = np.swapaxes(jacobian, 1, 2)
@@ -225,7 +225,7 @@ class _Batch:
         return graded(objective, value, self.torque, self.rms[4])
 
     def joined(self, others: Sequence[_Batch]) -> _Batch:
-        """This batch and the others as one."""
+        """One batch of this and the others."""
         batches = (self, *others)
         return _Batch(
             **{
@@ -239,7 +239,7 @@ class _Batch:
 
 
 class FlatProfiles:
-    """Flattened profiles of one problem, refined for the objectives of a call.
+    """Flattened and constant profiles of one problem, refined for the objectives of a call.
 
     Parameters
     ----------
@@ -255,19 +255,23 @@ class FlatProfiles:
         free = problem.curves.mean_pitch is None and not problem.constant_only
         wanted = free and problem.curves.blades > 1
         self.families = families(problem, pitch) if wanted else []
-        self.torque = self.families[0].means[0, 0] if self.families else 0.0
+        constants = np.linspace(*problem.constant_range, _CONSTANTS)[:, None]
         grid = np.array(list(product(_LOSSES, _SHARES, _SHARES)))
-        batches = [self._batch(i, grid) for i in range(len(self.families))]
-        self.pool = batches[0].joined(batches[1:]) if batches else None
+        self.pool = self._judged(
+            _CONSTANT, np.zeros((_CONSTANTS, 3)), np.repeat(constants, problem.curves.stations, 1)
+        ).joined([self._batch(i, grid) for i in range(len(self.families))])
 
     def _batch(self, family: int, numbers: FloatArray) -> _Batch:
         own, problem = self.families[family], self.problem
         raw, which = flatten(problem, own.kept, *own.targets(numbers))
         profiles = np.array([problem.repaired(profile) for profile in raw]).reshape(raw.shape)
-        torque, rms = loads_of(problem, profiles)
+        return self._judged(family, numbers[which], profiles)
+
+    def _judged(self, family: int, numbers: FloatArray, profiles: FloatArray) -> _Batch:
+        torque, rms = loads_of(self.problem, profiles)
         return _Batch(
-            family=np.full(which.size, family),
-            numbers=numbers[which],
+            family=np.full(len(profiles), family),
+            numbers=numbers,
             profiles=profiles,
             torque=torque,
             rms=rms,
@@ -281,16 +285,15 @@ class FlatProfiles:
         """
         objectives = [objective for objective in objectives if objective not in self._refined]
         self._refined.update(objectives)
-        if self.pool is None or not objectives:
+        if not self.families or not objectives:
             return
-        losses = {1.0 - objective.torque_min / self.torque for objective in objectives}
+        torque = self.families[0].means[0, 0]
+        losses = {1.0 - objective.torque_min / torque for objective in objectives}
         grid = np.array(list(product([x for x in losses if 0 < x < 1], _SHARES, _SHARES)))
         if grid.size:
             self.pool = self.pool.joined([self._batch(i, grid) for i in range(len(self.families))])
         for count in range(1, _ROUNDS + 1):
-            centres = {
-                int(i) for objective in objectives for i in self._liked(objective, _BASINS)
-            }
+            centres = {int(i) for objective in objectives for i in self._liked(objective, _BASINS)}
             moves = _STEP_SIZES * (np.array(list(product((-1, 0, 1), repeat=3))) / 2.0**count)
             found = []
             for family in range(len(self.families)):
@@ -304,28 +307,33 @@ class FlatProfiles:
             self.pool = self.pool.joined(found)
 
     def _liked(self, objective: Objective, count: int) -> list[int]:
-        """Indices of the profiles that an objective likes best, apart from each other."""
-        if self.pool is None:
-            return []
+        """Indices of the flattened profiles that an objective likes best, apart from each other."""
         profiles = self.pool.profiles
         chosen: list[int] = []
         for i in np.argsort(-self.pool.ranks(objective), kind="stable"):
             apart = np.abs(profiles[chosen] - profiles[i]).max(axis=1, initial=0.0)
-            if np.all(apart > _APART):
+            if self.pool.family[i] != _CONSTANT and np.all(apart > _APART):
                 chosen.append(int(i))
             if len(chosen) == count:
                 break
         return chosen
 
     def starts(self, objective: Objective, count: int = 2) -> list[Start]:
-        """The profiles that an objective likes best, as starts."""
+        """The flattened profiles that an objective likes best, as starts."""
         self.refine([objective])
-        if self.pool is None:
-            return []
         return [
             Start(label=f"flattened {number}", profile=self.pool.profiles[i])
             for number, i in enumerate(self._liked(objective, count), start=1)
         ]
+
+    def best(self, objective: Objective) -> Start:
+        """The profile that an objective likes best, flattened or constant."""
+        self.refine([objective])
+        i = int(np.argmax(self.pool.ranks(objective)))
+        profile = self.pool.profiles[i]
+        constant = f"constant {np.degrees(profile[0]):.1f} deg"
+        flat = self.pool.family[i] != _CONSTANT
+        return Start(label="flattened 1" if flat else constant, profile=profile)
 
 
 def loads_of(problem: DesignProblem, profiles: FloatArray) -> tuple[FloatArray, FloatArray]:

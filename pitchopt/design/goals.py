@@ -165,7 +165,7 @@ def compared(
     finder = PointFinder(task, reference, power, starts, certify, seed, progress, total=3)
     finder.tick("power maximum")
     if mu is not None:
-        found = finder.point(mu, finder.first_starts(finder.tradeoff_objective(mu)))
+        found = finder.point(mu)
     elif max_power_loss is not None:
         found = finder.loss_point(max_power_loss)
     else:

@@ -31,7 +31,8 @@ __all__ = ["TORQUE_ALONE", "PointFinder", "finished"]
 FloatArray = NDArray[np.float64]
 
 _CLOSE = 2e-6  # bound met to this share of torque: no further start can gain
-_APART = np.radians(0.3)  # somewhere, for a profile to be another one
+_APART = np.radians(0.05)  # somewhere, for a profile to be another one
+_HANDOVERS = 10  # rounds of handing profiles over, at most
 _CONTENDS = 2e-3  # share by which a profile may trail another and still be solved from
 TORQUE_ALONE = Objective(torque=1.0, rms=(0.0, 0.0, 0.0, 0.0, 0.0))
 _WAVE = np.radians(0.4)
@@ -174,13 +175,21 @@ class PointFinder:
 
     # ---- points ------------------------------------------------------------------------------
 
-    def point(self, mu: float, starts: Sequence[Start]) -> Design:
+    def point(self, mu: float) -> Design:
         """The design of one price."""
+        return self._single(_Goal("mu", mu, self.tradeoff_objective(mu)))
+
+    def loss_point(self, loss: float) -> Design:
+        """Least weighted RMS for at most this loss of torque against the power maximum."""
+        return self._single(_Goal("max_power_loss", loss, self._loss_objective(loss)))
+
+    def _single(self, goal: _Goal) -> Design:
         began = time.perf_counter()
-        objective = self.tradeoff_objective(mu)
-        found = self.solve(objective, starts)
-        self.tick(f"mu {mu:.3g}")
-        return self.finish(objective, found, "mu", mu, None, began)
+        self._improve(goal, self.first_starts(goal.objective))
+        self._use_allowance(goal)
+        self._challenge(goal)
+        self.tick(goal.label)
+        return self._finished_goal(goal, began)
 
     def curve(self, prices: Sequence[float], losses: Sequence[float], anchors: int) -> list[Design]:
         """Points of all prices and losses.
@@ -206,18 +215,18 @@ class PointFinder:
                 if side == "below" and not anchored[i]:
                     self.tick(goals[i].label)
                 previous = goals[i].found
+        for goal in goals:
+            self._challenge(goal)
+        self._settle(goals)
         self._raise_power(goals)
         for loss in losses:
             goal = _Goal("max_power_loss", loss, self._loss_objective(loss))
             self._improve(goal, self._loss_starts(goal, goals))
             self._use_allowance(goal)
+            self._challenge(goal)
             goals.append(goal)
             self.tick(goal.label)
-        for goal in goals:
-            self._challenge(goal)
-        for _ in range(3):
-            if not self._exchange(goals):
-                break
+        self._settle(goals)
         points = []
         for goal in goals:
             since = time.perf_counter() - goal.seconds
@@ -235,16 +244,18 @@ class PointFinder:
             goal.found = found
 
     def _challenge(self, goal: _Goal) -> None:
-        """Start again from the best flattened profile if it is better, or near and another one."""
-        if goal.found is None:
+        """Start again from the best flattened or constant profile where that may gain.
+
+        It may where it is better than what was found, or nearly as good and another one.
+        """
+        if goal.found is None or self.task.frozen:
             return
-        problem, own = self.task.problem(goal.found.mean_pitch), goal.found.solution.profile
-        value = self._rank(goal, goal.found)
-        for start in self.flat.starts(goal.objective, 1):
-            lead = (valued(problem, goal.objective, start.profile) - value) / self._unit(goal)
-            apart = np.max(np.abs(start.profile - own)) > _APART
-            if lead > 0 or (apart and lead > -_CONTENDS):
-                self._improve(goal, [start])
+        start, own = self.flat.best(goal.objective), goal.found.solution.profile
+        value = valued(self.task.problem(), goal.objective, start.profile)
+        lead = (value - self._rank(goal, goal.found)) / self._unit(goal)
+        apart = np.max(np.abs(start.profile - own)) > _APART
+        if lead > 0 or (apart and lead > -_CONTENDS):
+            self._improve(goal, [start])
 
     def _unit(self, goal: _Goal) -> float:
         """What shares of a goal's value are counted of: torque or RMS [N m]."""
@@ -258,22 +269,59 @@ class PointFinder:
             return -np.inf
         return valued(self.task.problem(found.mean_pitch), goal.objective, solution.profile)
 
+    def _settle(self, goals: Sequence[_Goal]) -> None:
+        """Hand profiles over until none is the better one for another goal.
+
+        Then torque and RMS both fall with mu, and no point is beaten in both by another, by the
+        power maximum or by the constant pitch compared with, where these keep the blade cap.
+        """
+        for _ in range(_HANDOVERS):
+            if not self._exchange(goals):
+                break
+
     def _exchange(self, goals: Sequence[_Goal]) -> bool:
-        """Start again wherever another goal's profile is the better one; True if any was."""
+        """Start again wherever a profile of another goal is the better one; True if any was."""
         changed = False
         for goal in goals:
-            ranks = [
-                self._rank(goal, other.found) if other.found is not None else -np.inf
+            rivals = [
+                (other.label, other.found.solution.profile, other.found.mean_pitch)
                 for other in goals
+                if other.found is not None
             ]
-            other = goals[int(np.argmax(ranks))]
+            rivals += [
+                (label, design.profile, design.mean_pitch)
+                for label, design in (
+                    ("power maximum", self.power),
+                    ("best constant", self.reference),
+                )
+            ]
+            values = [
+                valued(self.task.problem(mean), goal.objective, profile)
+                for _, profile, mean in rivals
+            ]
+            best = int(np.argmax(values))
+            label, profile, mean = rivals[best]
             own = -np.inf if goal.found is None else self._rank(goal, goal.found)
-            if other is goal or other.found is None or max(ranks) <= own + 1e-7 * self._unit(goal):
+            if values[best] <= own + 1e-7 * self._unit(goal):
                 continue
-            start = Start(label=other.label, profile=other.found.solution.profile)
-            self._improve(goal, [start])
+            self._improve(goal, [Start(label=label, profile=profile)])
+            assert goal.found is not None
+            if self._rank(goal, goal.found) < values[best]:
+                goal.found = self._taken(goal.found, label, profile, mean)
             changed = True
         return changed
+
+    def _taken(self, found: Found, label: str, profile: FloatArray, mean: float | None) -> Found:
+        """Another goal's profile as it is, where the local solve from it ended below it."""
+        loads = self.task.problem(mean).curves.evaluate(profile)
+        solution = replace(
+            found.solution,
+            profile=profile,
+            loads=loads,
+            status=Status.ITERATION_LIMIT,
+            message=f"profile of {label}, from which the local solve gained nothing",
+        )
+        return replace(found, solution=solution, start=label, mean_pitch=mean)
 
     def _raise_power(self, goals: Sequence[_Goal]) -> None:
         """A local power maximum gives way to any profile that was found to give more torque."""
@@ -329,15 +377,6 @@ class PointFinder:
             Start(label=known[i].label, profile=known[i].found.solution.profile) for i in picked
         ]
         return starts + self.flat.starts(goal.objective)
-
-    def loss_point(self, loss: float) -> Design:
-        """Least weighted RMS for at most this loss of torque against the power maximum."""
-        goal = _Goal("max_power_loss", loss, self._loss_objective(loss))
-        began = time.perf_counter()
-        self._improve(goal, self.first_starts(goal.objective))
-        self._use_allowance(goal)
-        self.tick(goal.label)
-        return self._finished_goal(goal, began)
 
     def _finished_goal(self, goal: _Goal, began: float) -> Design:
         assert goal.found is not None
