@@ -186,7 +186,8 @@ class PointFinder:
     def _single(self, goal: _Goal) -> Design:
         began = time.perf_counter()
         self._improve(goal, self.first_starts(goal.objective))
-        self._use_allowance(goal)
+        if goal.kind == "max_power_loss":
+            self._use_allowance(goal)
         self._challenge(goal)
         self.tick(goal.label)
         return self._finished_goal(goal, began)
@@ -306,9 +307,10 @@ class PointFinder:
                 continue
             self._improve(goal, [Start(label=label, profile=profile)])
             assert goal.found is not None
-            if self._rank(goal, goal.found) < values[best]:
+            failed = goal.found.solution.status is Status.SOLVER_FAILED
+            if not failed and self._rank(goal, goal.found) < values[best]:
                 goal.found = self._taken(goal.found, label, profile, mean)
-            changed = True
+            changed = changed or self._rank(goal, goal.found) > own
         return changed
 
     def _taken(self, found: Found, label: str, profile: FloatArray, mean: float | None) -> Found:
