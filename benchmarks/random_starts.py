@@ -181,7 +181,7 @@ class Judge:
 
     def flattened(self, point: Any) -> dict[str, Any]:
         """The optimum by exact flattening beside one point."""
-        from pitchopt.design.flat_optimum import flat_optimum
+        from pitchopt.design import flat_optimum
         from pitchopt.errors import InfeasibleError
 
         began = time.process_time()

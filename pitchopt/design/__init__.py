@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pitchopt.design.certificate import lagrangian_bound
+from pitchopt.design.flat_optimum import FlatOptimum, flat_optimum
 from pitchopt.design.goals import compared, constant, default_mu, design, power_max, tradeoff
 from pitchopt.design.limits import PitchLimits
 from pitchopt.design.multipliers import Multipliers
@@ -20,6 +21,7 @@ __all__ = [
     "Design",
     "DesignProblem",
     "DesignTask",
+    "FlatOptimum",
     "LoadWeights",
     "LocalSolution",
     "Multipliers",
@@ -34,6 +36,7 @@ __all__ = [
     "constant",
     "default_mu",
     "design",
+    "flat_optimum",
     "lagrangian_bound",
     "power_max",
     "relax",

@@ -124,7 +124,7 @@ def compared(
     certify : bool
         Bound the result by the hull relaxation.
     seed : int
-        Seed of the random starts beyond the first five.
+        Seed of the random starts, beyond the first seven.
     progress : callable, optional
 
     Raises
@@ -202,7 +202,7 @@ def tradeoff(
     certify : bool
         Bound every point by the hull relaxation.
     seed : int
-        Seed of the random starts beyond the first five.
+        Seed of the random starts, beyond the first seven.
     progress : callable, optional
         Called with steps done, steps in all and a label.
     """

@@ -3,8 +3,10 @@
 One :class:`PointFinder` serves one call; it keeps what the points share: the constant pitch
 compared with, the power maximum, the profiles found so far.  At anchor values of mu the local
 solve starts from several profiles; elsewhere it starts from its neighbours in mu, upwards and
-downwards.  Every profile found is then judged at every mu, and where another one is better the
-local solve goes on from there.
+downwards.  Every profile found is then judged at every mu, flattened and constant ones beside it,
+and where another one is better the local solve goes on from there.  A price whose profile is the
+best of all known for its own objective makes the curve monotone: from T1 - mu1 J1 >= T2 - mu1 J2
+and T2 - mu2 J2 >= T1 - mu2 J1 follows (mu2 - mu1) (J1 - J2) >= 0.
 """
 
 from __future__ import annotations
@@ -195,8 +197,8 @@ class PointFinder:
     def curve(self, prices: Sequence[float], losses: Sequence[float], anchors: int) -> list[Design]:
         """Points of all prices and losses.
 
-        Anchors among the prices, sweeps over their neighbours both ways, the losses from what
-        was found, then every profile at every goal.
+        Anchors among the prices, sweeps over their neighbours both ways, flattened profiles as
+        challengers, the losses from what was found, then every profile at every goal.
         """
         count = len(prices)
         goals = [_Goal("mu", price, self.tradeoff_objective(price)) for price in prices]
@@ -309,17 +311,20 @@ class PointFinder:
             assert goal.found is not None
             failed = goal.found.solution.status is Status.SOLVER_FAILED
             if not failed and self._rank(goal, goal.found) < values[best]:
-                goal.found = self._taken(goal.found, label, profile, mean)
+                goal.found = self._taken(goal, goal.found, label, profile, mean)
             changed = changed or self._rank(goal, goal.found) > own
         return changed
 
-    def _taken(self, found: Found, label: str, profile: FloatArray, mean: float | None) -> Found:
+    def _taken(
+        self, goal: _Goal, found: Found, label: str, profile: FloatArray, mean: float | None
+    ) -> Found:
         """Another goal's profile as it is, where the local solve from it ended below it."""
-        loads = self.task.problem(mean).curves.evaluate(profile)
+        problem = self.task.problem(mean)
         solution = replace(
             found.solution,
             profile=profile,
-            loads=loads,
+            loads=problem.curves.evaluate(profile),
+            value=problem.value(profile, goal.objective),
             status=Status.ITERATION_LIMIT,
             message=f"profile of {label}, from which the local solve gained nothing",
         )

@@ -15,10 +15,10 @@ from pitchopt.design import (
     LoadWeights,
     Objective,
     constant,
+    flat_optimum,
     power_max,
     solve_local,
 )
-from pitchopt.design.flat_optimum import flat_optimum
 from pitchopt.errors import InfeasibleError, InputError
 
 TASK = DesignTask(model=SmoothModel(), positions=6, limits=wide_limits(1.0))
