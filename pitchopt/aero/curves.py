@@ -346,6 +346,24 @@ class BladeCurves:
             self, beta=beta, torque=torque, bending=bending, thrust=thrust, radial=radial
         )
 
+    def thinned(self, positions: int) -> BladeCurves:
+        """Curves at another, smaller number of rotor positions, each that of the nearest station.
+
+        An approximation, for first looks at large problems.
+
+        Raises
+        ------
+        InputError
+            If ``positions`` is not from 1 to the present number.
+        """
+        count = whole_number("positions", positions, at_least=1)
+        if count > self.positions:
+            raise InputError(f"positions: got {count}, the curves have {self.positions}")
+        turn = np.arange(self.blades * count) / (self.blades * count)
+        rows = np.rint(turn * self.stations).astype(int)
+        few = {name: getattr(self, name)[rows] for name in ("beta", *CURVES, *RATES)}
+        return replace(self, azimuth=self.azimuth[0] + 2 * np.pi * turn, **few)
+
     # ---- files ---------------------------------------------------------------------------
 
     def save(self, path: str | os.PathLike[str]) -> Path:

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from pitchopt.design.problem import DesignProblem, Objective
 from pitchopt.design.search import Start, graded
 
-__all__ = ["FlatProfiles", "families", "flatten", "loads_of"]
+__all__ = ["FlatProfiles", "families", "flatten", "loads_of", "polished"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -37,6 +37,7 @@ KEPT = ((0, 1, 2), (1, 2, 3))
 
 _LOSSES = (0.003, 0.01, 0.02, 0.035, 0.06, 0.1, 0.16, 0.25)
 _SHARES = (-0.12, -0.06, 0.0, 0.06, 0.12)  # of torque, added to the constant pitch's mean
+_MOST_POSITIONS = 40  # at which starts are looked for
 _CONSTANT = -1  # stands for a family where the profile is a constant pitch
 _CONSTANTS = 61
 _STEPS = 6  # of Newton's method at a position
@@ -144,6 +145,7 @@ def flatten(
         Their targets: with three blades or more those that were met, else all.
     """
     curves, m, loads = problem.curves, problem.curves.positions, list(kept)
+    unit = _units(problem, loads)
     rates = curves.rates[loads, None, :] / (2 * curves.spacing)
     which = np.arange(first.size)
     beta = first[:, None] * np.ones(curves.blades)
@@ -158,7 +160,7 @@ def flatten(
             if k == order[0] and turn > 0:  # where each blade stood, the next one stands now
                 beta = np.roll(beta, -1 if backwards else 1, axis=1)
             wanted = targets[which] - added[:, :, stations].sum(axis=2).T
-            beta, miss = _newton(problem, loads, stations, beta, wanted)
+            beta, miss = _newton(problem, loads, unit, stations, beta, wanted)
             profiles[:, stations] = beta
             missed = np.maximum(missed, miss)
         if curves.blades >= len(loads):
@@ -167,20 +169,27 @@ def flatten(
     return profiles, which
 
 
+def _units(problem: DesignProblem, loads: list[int]) -> FloatArray:
+    """Largest slope of each load anywhere, which measures it as an angle."""
+    slopes = problem.curves.slopes[loads]
+    return np.asarray(np.maximum(slopes.max(axis=(1, 2)), -slopes.min(axis=(1, 2))) + 1e-300)
+
+
 def _newton(
     problem: DesignProblem,
     loads: list[int],
+    unit: FloatArray,
     stations: IntArray,
     beta: FloatArray,
     targets: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Damped Newton steps on one rotor position: pitch (G, B), and by how much it misses (G,).
 
-    Loads are measured by their largest slope anywhere, so that all of them are angles.
+    Loads are measured by their largest slope anywhere, ``unit``, so that all of them are angles.
     """
     curves = problem.curves
     low, high = curves.lower[stations], curves.upper[stations]
-    unit = np.abs(curves.slopes[loads]).max(axis=(1, 2)) + 1e-300
+    pick = np.array(loads)[:, None]
     reach = np.radians(2.0)
     last = curves.beta.shape[1] - 2
     beta = np.clip(beta, low, high)
@@ -191,20 +200,43 @@ def _newton(
         for b, n in enumerate(stations):
             knots = curves.beta[n]
             j = np.clip(np.searchsorted(knots, beta[:, b], side="right") - 1, 0, last)
-            slope = curves.slopes[loads, n][:, j]
+            slope = curves.slopes[pick, n, j]
             jacobian[:, :, b] = slope.T / unit
             residual = residual + (curves.loads[loads, n][:, j] + slope * (beta[:, b] - knots[j])).T
         residual = residual / unit
         miss = np.abs(residual).max(axis=1, initial=0.0)
-        transposed = np.swapaxes(jacobian, 1, 2)
-        normal = transposed @ jacobian + _DAMPING * np.eye(stations.size)
-        step = np.linalg.solve(normal, transposed @ residual[:, :, None])[:, :, 0]
+        step = _least_squares(jacobian, residual)
         moved = np.clip(beta - np.clip(step, -reach, reach), low, high)
         done = np.abs(moved - beta).max(initial=0.0) < _SETTLED
         beta = moved
         if done:
             break
     return np.asarray(beta), miss
+
+
+def _least_squares(jacobian: FloatArray, residual: FloatArray) -> FloatArray:
+    """Damped Gauss-Newton steps (G, B) for Jacobians (G, 3, B) and residuals (G, 3)."""
+    transposed = np.swapaxes(jacobian, 1, 2)
+    normal = transposed @ jacobian + _DAMPING * np.eye(jacobian.shape[2])
+    return np.asarray(np.linalg.solve(normal, transposed @ residual[:, :, None])[:, :, 0])
+
+
+def polished(
+    problem: DesignProblem, kept: tuple[int, int, int], targets: FloatArray, profile: FloatArray
+) -> FloatArray:
+    """A nearly flat profile (N,) brought to the targets (3,), all positions at once."""
+    curves, loads = problem.curves, list(kept)
+    shape = (len(loads), curves.blades, curves.positions)
+    rows = np.arange(curves.stations)
+    unit = _units(problem, loads)
+    reach = np.radians(2.0)
+    for _ in range(_STEPS):
+        rotor = curves.evaluate(profile).rotor[loads]
+        slope = curves.slopes[:, rows, curves.segment(profile)][loads].reshape(shape)
+        jacobian = np.moveaxis(slope / unit[:, None, None], 2, 0)
+        step = _least_squares(jacobian, (rotor.T - targets) / unit).T.ravel()
+        profile = np.clip(profile - np.clip(step, -reach, reach), curves.lower, curves.upper)
+    return np.asarray(profile)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -250,6 +282,9 @@ class FlatProfiles:
     """
 
     def __init__(self, problem: DesignProblem, pitch: float) -> None:
+        self.full = problem
+        if problem.curves.positions > _MOST_POSITIONS:
+            problem = problem.with_curves(problem.curves.thinned(_MOST_POSITIONS))
         self.problem = problem
         self._refined: set[Objective] = set()
         free = problem.curves.mean_pitch is None and not problem.constant_only
@@ -322,7 +357,7 @@ class FlatProfiles:
         """The flattened profiles that an objective likes best, as starts."""
         self.refine([objective])
         return [
-            Start(label=f"flattened {number}", profile=self.pool.profiles[i])
+            Start(label=f"flattened {number}", profile=self._at_full_size(i))
             for number, i in enumerate(self._liked(objective, count), start=1)
         ]
 
@@ -330,10 +365,22 @@ class FlatProfiles:
         """The profile that an objective likes best, flattened or constant."""
         self.refine([objective])
         i = int(np.argmax(self.pool.ranks(objective)))
-        profile = self.pool.profiles[i]
-        constant = f"constant {np.degrees(profile[0]):.1f} deg"
         flat = self.pool.family[i] != _CONSTANT
-        return Start(label="flattened 1" if flat else constant, profile=profile)
+        constant = f"constant {np.degrees(self.pool.profiles[i, 0]):.1f} deg"
+        return Start(label="flattened 1" if flat else constant, profile=self._at_full_size(i))
+
+    def _at_full_size(self, i: int) -> FloatArray:
+        """A profile of the pool at all stations of the problem."""
+        few, full = self.problem.curves, self.full.curves
+        profile = self.pool.profiles[i]
+        if self.problem is self.full:
+            return np.asarray(profile)
+        if self.pool.family[i] == _CONSTANT:
+            return np.full(full.stations, profile[0])
+        own = self.families[self.pool.family[i]]
+        targets, _ = own.targets(self.pool.numbers[i : i + 1])
+        between = np.interp(full.azimuth, few.azimuth, profile, period=2 * np.pi)
+        return self.full.repaired(polished(self.full, own.kept, targets[0], between))
 
 
 def loads_of(problem: DesignProblem, profiles: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -125,7 +125,7 @@ class PointFinder:
             Start(label="power maximum", profile=self.power.profile),
         ]
         if not self.task.frozen:
-            flat = self.flat.starts(objective)
+            flat = self._flattened(objective)
             starts += flat[:1]
             for share, end in ((0.5, low), (0.25, high)):
                 pitch = base + share * (end - base)
@@ -149,10 +149,14 @@ class PointFinder:
         return starts[: self.starts]
 
     @cached_property
-    def flat(self) -> FlatProfiles:
-        """Flattened profiles of the task."""
-        mean = self.reference.mean_pitch
-        return FlatProfiles(self.task.problem(mean), float(self.reference.profile.mean()))
+    def flat(self) -> FlatProfiles | None:
+        """Flattened profiles of the task; None for few starts or a frozen wake."""
+        if self.starts <= 2 or self.task.frozen:
+            return None
+        return FlatProfiles(self.task.problem(), float(self.reference.profile.mean()))
+
+    def _flattened(self, objective: Objective) -> list[Start]:
+        return [] if self.flat is None else self.flat.starts(objective)
 
     def bound(
         self, objective: Objective, mean: float | None, profile: FloatArray | None
@@ -202,9 +206,9 @@ class PointFinder:
         """
         count = len(prices)
         goals = [_Goal("mu", price, self.tradeoff_objective(price)) for price in prices]
-        self.flat.refine(
-            [goal.objective for goal in goals] + [self._loss_objective(loss) for loss in losses]
-        )
+        if self.flat is not None:
+            least = [self._loss_objective(loss) for loss in losses]
+            self.flat.refine([*(goal.objective for goal in goals), *least])
         for i in np.unique(np.linspace(0, count - 1, min(anchors, count)).astype(int)):
             self._improve(goals[i], self.first_starts(goals[i].objective))
             self.tick(goals[i].label)
@@ -251,7 +255,7 @@ class PointFinder:
 
         It may where it is better than what was found, or nearly as good and another one.
         """
-        if goal.found is None or self.task.frozen:
+        if goal.found is None or self.flat is None:
             return
         start, own = self.flat.best(goal.objective), goal.found.solution.profile
         value = valued(self.task.problem(), goal.objective, start.profile)
@@ -383,7 +387,7 @@ class PointFinder:
         starts = [
             Start(label=known[i].label, profile=known[i].found.solution.profile) for i in picked
         ]
-        return starts + self.flat.starts(goal.objective)
+        return starts + self._flattened(goal.objective)
 
     def _finished_goal(self, goal: _Goal, began: float) -> Design:
         assert goal.found is not None

@@ -153,6 +153,24 @@ class TestFlatProfiles:
         assert best.label.startswith("constant")
         assert np.ptp(best.profile) == 0
 
+    @pytest.mark.parametrize("positions", [41, 72])
+    def test_large_problems_are_searched_at_fewer_positions(self, positions: int) -> None:
+        """And the profiles are flat at all positions all the same."""
+        problem = replace(TASK, positions=positions).problem()
+        flat = FlatProfiles(problem, PITCH)
+        assert flat.pool.profiles.shape[1] == 3 * 40
+        torque = 0.955 * constant(replace(TASK, positions=positions)).mean_torque
+        objective = Objective.least_rms(WEIGHTS, torque_min=torque)
+        best = flat.best(objective)
+        assert best.label == "flattened 1"
+        loads = problem.curves.evaluate(best.profile)
+        assert loads.rms[:3].max() < 1e-6 * loads.rms[3]
+        assert loads.mean[0] == pytest.approx(torque, rel=1e-5)
+        few = float(flat.pool.ranks(objective).max())
+        assert problem.value(best.profile, objective) == pytest.approx(few, rel=0.2)
+        still = flat.best(Objective.tradeoff(1.0, WEIGHTS, travel=1e9))
+        assert still.profile.shape == (3 * positions,) and np.ptp(still.profile) == 0
+
     @pytest.mark.parametrize(
         "change", [{"model": SmoothModel(blades=1)}, {"limits": wide_limits(0.0)}, {"harmonics": 0}]
     )
