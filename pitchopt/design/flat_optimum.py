@@ -26,9 +26,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitchopt.aero.curves import LOADS, RotorLoads
-from pitchopt.design.flatten import Family, families, flatten, loads_of
+from pitchopt.design.flatten import Family, families, flatten, loads_of, ranks_of
 from pitchopt.design.problem import DesignProblem, Objective
-from pitchopt.design.search import graded
 from pitchopt.errors import InfeasibleError, InputError
 
 __all__ = ["FlatOptimum", "flat_optimum"]
@@ -106,11 +105,12 @@ def flat_optimum(problem: DesignProblem, objective: Objective, pitch: float) -> 
         for backwards in (False, True)
     ]
     basins = [(value, branch, at) for branch in branches for at, value in branch.basins()]
+    none = InfeasibleError(
+        "flattened optimum: no profile with three flat loads keeps range, rate and the limits of "
+        "the objective"
+    )
     if not basins:
-        raise InfeasibleError(
-            "flattened optimum: no profile with three flat loads keeps range, rate and the limits "
-            "of the objective"
-        )
+        raise none
     basins = sorted(basins, key=lambda basin: -basin[0])[:_BASINS]
     ends = []
     for branch in branches:
@@ -119,6 +119,8 @@ def flat_optimum(problem: DesignProblem, objective: Objective, pitch: float) -> 
             ends.append((*branch.search(centres), branch))
     value, numbers, branch = max(ends, key=lambda end: end[0])
     profile = branch.values(numbers[None, :])[1][0]
+    if value < problem.value(profile, objective) - 1e-9 * abs(value):
+        raise none  # limits of the objective are broken, and the value says so
     return FlatOptimum(
         profile=profile,
         loads=curves.evaluate(profile),
@@ -160,9 +162,7 @@ class _Branch:
         values = np.full(len(numbers), -np.inf)
         change = np.abs(np.roll(found, -1, axis=1) - found)
         torque, rms = loads_of(problem, found)
-        value = self.objective.torque * torque - self.objective.lambdas @ rms
-        value = value - self.objective.travel * change.sum(axis=1)
-        value = graded(self.objective, value, torque, rms[4])
+        value = ranks_of(self.objective, torque, rms, change.sum(axis=1))
         slow = change.max(axis=1, initial=0.0) <= problem.step * (1 + 1e-9)
         profiles[which], values[which] = found, np.where(slow, value, -np.inf)
         return values, profiles

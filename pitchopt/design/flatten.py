@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from pitchopt.design.problem import DesignProblem, Objective
 from pitchopt.design.search import Start, graded
 
-__all__ = ["FlatProfiles", "families", "flatten", "loads_of", "polished"]
+__all__ = ["FlatProfiles", "families", "flatten", "loads_of", "polished", "ranks_of"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -93,12 +93,13 @@ def families(problem: DesignProblem, pitch: float) -> list[Family]:
     pitch : float
         The constant pitch of largest torque [rad].
     """
-    found = []
+    found: list[Family] = []
     for end in problem.constant_range:
         grid = np.linspace(pitch, end, 90)
         means = problem.curves.evaluate_constant(grid)[0].mean(axis=2)
-        falling = np.minimum.accumulate(means[:, 0])
-        loss = 1.0 - falling / max(abs(means[0, 0]), 1e-300)
+        if means[0, 0] <= 0:
+            break  # no torque to give up a share of
+        loss = 1.0 - np.minimum.accumulate(means[:, 0]) / means[0, 0]
         last = int(np.argmax(loss)) + 1  # beyond, torque rises again
         if last > 1:
             found += [
@@ -251,10 +252,8 @@ class _Batch:
     travel: FloatArray
 
     def ranks(self, objective: Objective) -> FloatArray:
-        """What :func:`pitchopt.design.search.rank` says of each profile, shape (G,)."""
-        value = objective.torque * self.torque - objective.lambdas @ self.rms
-        value = value - objective.travel * self.travel
-        return graded(objective, value, self.torque, self.rms[4])
+        """Rank of each profile, shape (G,)."""
+        return ranks_of(objective, self.torque, self.rms, self.travel)
 
     def joined(self, others: Sequence[_Batch]) -> _Batch:
         """One batch of this and the others."""
@@ -394,3 +393,11 @@ def loads_of(problem: DesignProblem, profiles: FloatArray) -> tuple[FloatArray, 
     rotor = blade[:4].reshape(4, curves.blades, curves.positions, -1).sum(axis=1)
     rms = np.concatenate([rotor.std(axis=1), blade[4:].std(axis=1)])
     return np.asarray(rotor[0].mean(axis=0)), np.asarray(rms)
+
+
+def ranks_of(
+    objective: Objective, torque: FloatArray, rms: FloatArray, travel: FloatArray
+) -> FloatArray:
+    """What :func:`pitchopt.design.search.rank` says of many profiles, shape (G,)."""
+    value = objective.torque * torque - objective.lambdas @ rms - objective.travel * travel
+    return graded(objective, value, torque, rms[4])

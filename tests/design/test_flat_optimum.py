@@ -78,6 +78,12 @@ def test_a_rate_limit_that_binds_is_said(rate: float) -> None:
         flat_optimum(problem, STEEP, PITCH)
 
 
+def test_a_cap_that_no_flat_profile_keeps_is_said() -> None:
+    capped = Objective.tradeoff(100.0, WEIGHTS, blade_cap=1.0)
+    with pytest.raises(InfeasibleError, match="limits of the objective"):
+        flat_optimum(PROBLEM, capped, PITCH)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("loss", [0.03, 0.07])
 def test_paper_case_agrees_with_the_convex_programs(loss: float) -> None:
