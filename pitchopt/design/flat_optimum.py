@@ -35,8 +35,11 @@ __all__ = ["FlatOptimum", "flat_optimum"]
 FloatArray = NDArray[np.float64]
 
 _LOSSES = (0.005, 0.01, 0.02, 0.03, 0.045, 0.07, 0.1, 0.15, 0.2, 0.3)
-_SHARES = np.linspace(-0.3, 0.3, 11)  # of torque, tilt and yaw added to constant pitch's mean
+_SHARES = np.array(  # of torque, tilt and yaw added to constant pitch's mean
+    [-0.3, -0.18, -0.1, -0.05, -0.02, 0.0, 0.02, 0.05, 0.1, 0.18, 0.3]
+)
 _EXACT = 1e-9  # [rad]
+_AWAY = 0.06  # in tilt or yaw, for a point of the grid to stand for another basin
 _BASINS = 6  # that are searched
 _COMPASS = np.array([move for move in product((-1.0, 0.0, 1.0), repeat=3) if any(move)])
 _RANDOM = 24  # moves beside those of the compass
@@ -88,7 +91,7 @@ def flat_optimum(problem: DesignProblem, objective: Objective, pitch: float) -> 
     InputError
         If the problem is not of that kind.
     InfeasibleError
-        If no flattened profile keeps range, rate, torque limits and blade cap.
+        If no flattened profile is found that keeps range, rate, torque limits and blade cap.
     """
     curves = problem.curves
     wrong = [
@@ -106,8 +109,8 @@ def flat_optimum(problem: DesignProblem, objective: Objective, pitch: float) -> 
     ]
     basins = [(value, branch, at) for branch in branches for at, value in branch.basins()]
     none = InfeasibleError(
-        "flattened optimum: no profile with three flat loads keeps range, rate and the limits of "
-        "the objective"
+        "flattened optimum: no profile with three flat loads was found that keeps range, rate and "
+        "the limits of the objective"
     )
     if not basins:
         raise none
@@ -175,7 +178,7 @@ class _Branch:
         centres: list[int] = []
         for i in np.argsort(-values, kind="stable")[: np.count_nonzero(np.isfinite(values))]:
             away = np.abs(grid[centres, 1:] - grid[i, 1:]).max(axis=1, initial=np.inf)
-            if np.all(away > 1.5 * (_SHARES[1] - _SHARES[0])):
+            if np.all(away > _AWAY):
                 centres.append(int(i))
                 yield grid[i], float(values[i])
             if len(centres) == _BASINS:
