@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from pitchopt.aero.curves import LOADS, RotorLoads
 from pitchopt.design.flatten import Family, families, flatten, loads_of, ranks_of
 from pitchopt.design.problem import DesignProblem, Objective
+from pitchopt.design.search import valued
 from pitchopt.errors import InfeasibleError, InputError
 
 __all__ = ["FlatOptimum", "flat_optimum"]
@@ -120,10 +121,11 @@ def flat_optimum(problem: DesignProblem, objective: Objective, pitch: float) -> 
         centres = [(at, value) for value, other, at in basins if other is branch]
         if centres:
             ends.append((*branch.search(centres), branch))
-    value, numbers, branch = max(ends, key=lambda end: end[0])
+    _, numbers, branch = max(ends, key=lambda end: end[0])
     profile = branch.values(numbers[None, :])[1][0]
-    if value < problem.value(profile, objective) - 1e-9 * abs(value):
-        raise none  # limits of the objective are broken, and the value says so
+    value = valued(problem, objective, profile)
+    if value < problem.value(profile, objective):
+        raise none  # limits of the objective are broken, and the rank says so
     return FlatOptimum(
         profile=profile,
         loads=curves.evaluate(profile),
