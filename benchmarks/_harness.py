@@ -12,6 +12,7 @@ import math
 import os
 import platform
 import statistics
+from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -27,12 +28,18 @@ PACKAGES = ("numpy", "scipy", "clarabel", "cvxpy", "casadi")
 
 def options(docstring: str, argv: list[str] | None = None, *, hidden: bool = False) -> Any:
     """Read ``--quick`` and ``--out FILE.json``; with ``hidden`` also ``--one M,N,REPEATS,MU``."""
-    parser = argparse.ArgumentParser(description=docstring.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="tiny sizes, to see that it runs")
-    parser.add_argument("--out", type=Path, metavar="FILE.json", help="write the lines there too")
+    given = parser(docstring)
     if hidden:
-        parser.add_argument("--one", help=argparse.SUPPRESS)
-    return parser.parse_args(argv)
+        given.add_argument("--one", help=argparse.SUPPRESS)
+    return given.parse_args(argv)
+
+
+def parser(docstring: str) -> argparse.ArgumentParser:
+    """Options that every benchmark has; the first line says what it is."""
+    common = argparse.ArgumentParser(description=docstring.splitlines()[0])
+    common.add_argument("--quick", action="store_true", help="tiny sizes, to see that it runs")
+    common.add_argument("--out", type=Path, metavar="FILE.json", help="write the lines there too")
+    return common
 
 
 def environment() -> dict[str, Any]:
@@ -71,11 +78,13 @@ def rounded(value: Any, digits: int = 7) -> Any:
 class Report:
     """Prints every measurement as one JSON line and keeps the lines for a file."""
 
-    def __init__(self, benchmark: str, *, quick: bool, out: Path | None) -> None:
+    def __init__(
+        self, benchmark: str, *, quick: bool, out: Path | None, kept: Sequence[str] = ()
+    ) -> None:
         self._head = {"benchmark": benchmark, "quick": quick, "seed": SEED}
         self._environment = environment()
         self._out = out
-        self._lines: list[str] = []
+        self._lines = list(kept)  # of an earlier run that this one goes on from
 
     def add(self, measurement: str, **figures: Any) -> None:
         """One measurement."""

@@ -346,19 +346,23 @@ class BladeCurves:
             self, beta=beta, torque=torque, bending=bending, thrust=thrust, radial=radial
         )
 
-    def every(self, step: int) -> BladeCurves:
-        """The curves at every ``step``-th station.
+    def thinned(self, positions: int) -> BladeCurves:
+        """Curves at another, smaller number of rotor positions, each that of the nearest station.
+
+        An approximation, for first looks at large problems.
 
         Raises
         ------
         InputError
-            If ``step`` does not divide the number of rotor positions.
+            If ``positions`` is not from 1 to the present number.
         """
-        step = whole_number("step", step, at_least=1)
-        if self.positions % step:
-            raise InputError(f"step: got {step}, expected a divisor of {self.positions} positions")
-        few = {name: getattr(self, name)[::step] for name in ("azimuth", "beta", *CURVES, *RATES)}
-        return replace(self, **few)
+        count = whole_number("positions", positions, at_least=1)
+        if count > self.positions:
+            raise InputError(f"positions: got {count}, the curves have {self.positions}")
+        turn = np.arange(self.blades * count) / (self.blades * count)
+        rows = np.rint(turn * self.stations).astype(int)
+        few = {name: getattr(self, name)[rows] for name in ("beta", *CURVES, *RATES)}
+        return replace(self, azimuth=self.azimuth[0] + 2 * np.pi * turn, **few)
 
     # ---- files ---------------------------------------------------------------------------
 

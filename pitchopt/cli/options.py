@@ -121,7 +121,7 @@ def search_options(function: F) -> F:
         click.option("--no-certify", is_flag=True, help="Leave out the proven bounds."),
         click.option(
             "--seed", type=Option("n", whole(0, 2**63 - 1)), default=0, show_default=True,
-            help="Seed of the random starts beyond the first five.",
+            help="Seed of the random starts, beyond the first seven.",
         ),
     ]  # fmt: skip
     return _stacked(function, options)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pitchopt.design.certificate import lagrangian_bound
+from pitchopt.design.flat_optimum import FlatOptimum, flat_optimum
 from pitchopt.design.goals import compared, constant, default_mu, design, power_max, tradeoff
 from pitchopt.design.limits import PitchLimits
 from pitchopt.design.multipliers import Multipliers
@@ -30,6 +31,7 @@ __all__ = [
     "Design",
     "DesignProblem",
     "DesignTask",
+    "FlatOptimum",
     "LoadWeights",
     "LocalSolution",
     "Multipliers",
@@ -50,6 +52,7 @@ __all__ = [
     "constant",
     "default_mu",
     "design",
+    "flat_optimum",
     "lagrangian_bound",
     "power_max",
     "prove",

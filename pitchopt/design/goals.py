@@ -129,7 +129,7 @@ def compared(
     resume : Proof, optional
         The tree of an earlier branch and bound for the same design, to go on from.
     seed : int
-        Seed of the random starts beyond the first five.
+        Seed of the random starts, beyond the first seven.
     progress : callable, optional
 
     Raises
@@ -172,7 +172,7 @@ def compared(
     )
     finder.tick("power maximum")
     if mu is not None:
-        found = finder.point(mu, finder.first_starts(finder.tradeoff_objective(mu)))
+        found = finder.point(mu)
     elif max_power_loss is not None:
         found = finder.loss_point(max_power_loss)
     else:
@@ -210,7 +210,7 @@ def tradeoff(
         Bound every point by the hull relaxation; with settings, then by branch and bound, the
         time limit counted for each point.
     seed : int
-        Seed of the random starts beyond the first five.
+        Seed of the random starts, beyond the first seven.
     progress : callable, optional
         Called with steps done, steps in all and a label.
     """

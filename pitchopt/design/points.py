@@ -3,8 +3,10 @@
 One :class:`PointFinder` serves one call; it keeps what the points share: the constant pitch
 compared with, the power maximum, the profiles found so far.  At anchor values of mu the local
 solve starts from several profiles; elsewhere it starts from its neighbours in mu, upwards and
-downwards.  Every profile found is then judged at every mu, and where another one is better the
-local solve goes on from there.
+downwards.  Every profile found is then judged at every mu, flattened and constant ones beside it,
+and where another one is better the local solve goes on from there.  A price whose profile is the
+best of all known for its own objective makes the curve monotone: from T1 - mu1 J1 >= T2 - mu1 J2
+and T2 - mu2 J2 >= T1 - mu2 J1 follows (mu2 - mu1) (J1 - J2) >= 0.
 """
 
 from __future__ import annotations
@@ -17,8 +19,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from pitchopt.aero.curves import RotorLoads
-from pitchopt.design.flatten import flattened
+from pitchopt.design.flatten import FlatProfiles
 from pitchopt.design.power import maximise_torque
 from pitchopt.design.price import supporting_price
 from pitchopt.design.problem import Objective
@@ -26,7 +27,7 @@ from pitchopt.design.proof import Certificate, Proof, ProofSettings, ProvenBound
 from pitchopt.design.relaxation import Relaxation, relax
 from pitchopt.design.results import Design, Status
 from pitchopt.design.scp import solve_local
-from pitchopt.design.search import Found, Start, rank, search
+from pitchopt.design.search import Found, Start, search, valued
 from pitchopt.design.task import DesignTask, Progress
 from pitchopt.errors import InfeasibleError
 
@@ -35,6 +36,9 @@ __all__ = ["TORQUE_ALONE", "PointFinder", "finished"]
 FloatArray = NDArray[np.float64]
 
 _CLOSE = 2e-6  # bound met to this share of torque: no further start can gain
+_APART = np.radians(0.05)  # somewhere, for a profile to be another one
+_HANDOVERS = 10  # rounds of handing profiles over, at most
+_CONTENDS = 2e-3  # share by which a profile may trail another and still be solved from
 TORQUE_ALONE = Objective(torque=1.0, rms=(0.0, 0.0, 0.0, 0.0, 0.0))
 _WAVE = np.radians(0.4)
 _PRICES = 8  # of a loss that a branch and bound tries
@@ -152,35 +156,14 @@ class PointFinder:
         return starts[: self.starts]
 
     @cached_property
-    def _flat(self) -> tuple[FloatArray, list[RotorLoads]]:
-        """Flattened profiles of the task and their loads; none with a frozen wake."""
-        if self.task.frozen:
-            return np.empty((0, 0)), []
-        problem = self.task.problem()
-        profiles = flattened(problem, float(self.reference.profile.mean()))
-        return profiles, [problem.curves.evaluate(profile) for profile in profiles]
+    def flat(self) -> FlatProfiles | None:
+        """Flattened profiles of the task; None for few starts or a frozen wake."""
+        if self.starts <= 2 or self.task.frozen:
+            return None
+        return FlatProfiles(self.task.problem(), float(self.reference.profile.mean()))
 
-    def _flattened(self, objective: Objective, count: int = 2) -> list[Start]:
-        """The flattened profiles that an objective likes best, a degree apart somewhere."""
-        profiles, loads = self._flat
-        if not loads:
-            return []
-        problem = self.task.problem()
-        values = np.array(
-            [
-                rank(problem, objective, load, problem.value_of(load, travel, objective))
-                for load, travel in zip(loads, map(problem.travel, profiles), strict=True)
-            ]
-        )
-        chosen: list[FloatArray] = []
-        for i in np.argsort(-values):
-            if all(np.max(np.abs(profiles[i] - other)) > np.radians(1.0) for other in chosen):
-                chosen.append(profiles[i])
-            if len(chosen) == count:
-                break
-        return [
-            Start(label=f"flattened {i + 1}", profile=profile) for i, profile in enumerate(chosen)
-        ]
+    def _flattened(self, objective: Objective) -> list[Start]:
+        return [] if self.flat is None else self.flat.starts(objective)
 
     def bound(
         self, objective: Objective, mean: float | None, profile: FloatArray | None
@@ -205,22 +188,34 @@ class PointFinder:
 
     # ---- points ------------------------------------------------------------------------------
 
-    def point(self, mu: float, starts: Sequence[Start]) -> Design:
+    def point(self, mu: float) -> Design:
         """The design of one price."""
+        return self._single(_Goal("mu", mu, self.tradeoff_objective(mu)))
+
+    def loss_point(self, loss: float) -> Design:
+        """Least weighted RMS for at most this loss of torque against the power maximum."""
+        return self._single(_Goal("max_power_loss", loss, self._loss_objective(loss)))
+
+    def _single(self, goal: _Goal) -> Design:
         began = time.perf_counter()
-        objective = self.tradeoff_objective(mu)
-        found = self.solve(objective, starts)
-        self.tick(f"mu {mu:.3g}")
-        return self.finish(objective, found, "mu", mu, None, began)
+        self._improve(goal, self.first_starts(goal.objective))
+        if goal.kind == "max_power_loss":
+            self._use_allowance(goal)
+        self._challenge(goal)
+        self.tick(goal.label)
+        return self._finished_goal(goal, began, [goal])
 
     def curve(self, prices: Sequence[float], losses: Sequence[float], anchors: int) -> list[Design]:
         """Points of all prices and losses.
 
-        Anchors among the prices, sweeps over their neighbours both ways, the losses from what
-        was found, then every profile at every goal.
+        Anchors among the prices, sweeps over their neighbours both ways, flattened profiles as
+        challengers, the losses from what was found, then every profile at every goal.
         """
         count = len(prices)
         goals = [_Goal("mu", price, self.tradeoff_objective(price)) for price in prices]
+        if self.flat is not None:
+            least = [self._loss_objective(loss) for loss in losses]
+            self.flat.refine([*(goal.objective for goal in goals), *least])
         for i in np.unique(np.linspace(0, count - 1, min(anchors, count)).astype(int)):
             self._improve(goals[i], self.first_starts(goals[i].objective))
             self.tick(goals[i].label)
@@ -234,16 +229,18 @@ class PointFinder:
                 if side == "below" and not anchored[i]:
                     self.tick(goals[i].label)
                 previous = goals[i].found
+        for goal in goals:
+            self._challenge(goal)
+        self._settle(goals)
         self._raise_power(goals)
         for loss in losses:
             goal = _Goal("max_power_loss", loss, self._loss_objective(loss))
             self._improve(goal, self._loss_starts(goal, goals))
             self._use_allowance(goal)
+            self._challenge(goal)
             goals.append(goal)
             self.tick(goal.label)
-        for _ in range(3):
-            if not self._exchange(goals):
-                break
+        self._settle(goals)
         points = []
         for goal in goals:
             since = time.perf_counter() - goal.seconds
@@ -260,33 +257,89 @@ class PointFinder:
         if goal.found is None or self._rank(goal, found) > self._rank(goal, goal.found):
             goal.found = found
 
+    def _challenge(self, goal: _Goal) -> None:
+        """Start again from the best flattened or constant profile where that may gain.
+
+        It may where it is better than what was found, or nearly as good and another one.
+        """
+        if goal.found is None or self.flat is None:
+            return
+        start, own = self.flat.best(goal.objective), goal.found.solution.profile
+        value = valued(self.task.problem(), goal.objective, start.profile)
+        lead = (value - self._rank(goal, goal.found)) / self._unit(goal)
+        apart = np.max(np.abs(start.profile - own)) > _APART
+        if lead > 0 or (apart and lead > -_CONTENDS):
+            self._improve(goal, [start])
+
+    def _unit(self, goal: _Goal) -> float:
+        """What shares of a goal's value are counted of: torque or RMS [N m]."""
+        by_torque = goal.objective.torque > 0
+        return self.power.mean_torque if by_torque else self.reference.rms_weighted
+
     def _rank(self, goal: _Goal, found: Found) -> float:
         """Value of a found profile for a goal; broken limits are not forgiven."""
         solution = found.solution
         if solution.status is Status.SOLVER_FAILED:
             return -np.inf
-        problem, objective = self.task.problem(found.mean_pitch), goal.objective
-        value = problem.value_of(solution.loads, problem.travel(solution.profile), objective)
-        return rank(problem, objective, solution.loads, value)
+        return valued(self.task.problem(found.mean_pitch), goal.objective, solution.profile)
+
+    def _settle(self, goals: Sequence[_Goal]) -> None:
+        """Hand profiles over until none is the better one for another goal.
+
+        Then torque and RMS both fall with mu, and no point is beaten in both by another, by the
+        power maximum or by the constant pitch compared with, where these keep the blade cap.
+        """
+        for _ in range(_HANDOVERS):
+            if not self._exchange(goals):
+                break
 
     def _exchange(self, goals: Sequence[_Goal]) -> bool:
-        """Start again wherever another goal's profile is the better one; True if any was."""
+        """Start again wherever a profile of another goal is the better one; True if any was."""
         changed = False
         for goal in goals:
-            by_torque = goal.objective.torque > 0
-            unit = self.power.mean_torque if by_torque else self.reference.rms_weighted
-            ranks = [
-                self._rank(goal, other.found) if other.found is not None else -np.inf
+            rivals = [
+                (other.label, other.found.solution.profile, other.found.mean_pitch)
                 for other in goals
+                if other.found is not None
             ]
-            other = goals[int(np.argmax(ranks))]
+            rivals += [
+                (label, design.profile, design.mean_pitch)
+                for label, design in (
+                    ("power maximum", self.power),
+                    ("best constant", self.reference),
+                )
+            ]
+            values = [
+                valued(self.task.problem(mean), goal.objective, profile)
+                for _, profile, mean in rivals
+            ]
+            best = int(np.argmax(values))
+            label, profile, mean = rivals[best]
             own = -np.inf if goal.found is None else self._rank(goal, goal.found)
-            if other is goal or other.found is None or max(ranks) <= own + 1e-7 * unit:
+            if values[best] <= own + 1e-7 * self._unit(goal):
                 continue
-            start = Start(label=other.label, profile=other.found.solution.profile)
-            self._improve(goal, [start])
-            changed = True
+            self._improve(goal, [Start(label=label, profile=profile)])
+            assert goal.found is not None
+            failed = goal.found.solution.status is Status.SOLVER_FAILED
+            if not failed and self._rank(goal, goal.found) < values[best]:
+                goal.found = self._taken(goal, goal.found, label, profile, mean)
+            changed = changed or self._rank(goal, goal.found) > own
         return changed
+
+    def _taken(
+        self, goal: _Goal, found: Found, label: str, profile: FloatArray, mean: float | None
+    ) -> Found:
+        """Another goal's profile as it is, where the local solve from it ended below it."""
+        problem = self.task.problem(mean)
+        solution = replace(
+            found.solution,
+            profile=profile,
+            loads=problem.curves.evaluate(profile),
+            value=problem.value(profile, goal.objective),
+            status=Status.ITERATION_LIMIT,
+            message=f"profile of {label}, from which the local solve gained nothing",
+        )
+        return replace(found, solution=solution, start=label, mean_pitch=mean)
 
     def _raise_power(self, goals: Sequence[_Goal]) -> None:
         """A local power maximum gives way to any profile that was found to give more torque."""
@@ -343,15 +396,6 @@ class PointFinder:
         ]
         return starts + self._flattened(goal.objective)
 
-    def loss_point(self, loss: float) -> Design:
-        """Least weighted RMS for at most this loss of torque against the power maximum."""
-        goal = _Goal("max_power_loss", loss, self._loss_objective(loss))
-        began = time.perf_counter()
-        self._improve(goal, self.first_starts(goal.objective))
-        self._use_allowance(goal)
-        self.tick(goal.label)
-        return self._finished_goal(goal, began, [goal])
-
     def _finished_goal(self, goal: _Goal, began: float, goals: Sequence[_Goal]) -> Design:
         assert goal.found is not None
         if goal.kind == "mu":
@@ -365,15 +409,21 @@ class PointFinder:
         solutions = [goal.found.solution for goal in goals if goal.found is not None]
         known = [(design.profile, design.loads) for design in (self.reference, self.power)]
         known += [(s.profile, s.loads) for s in solutions if s.status is not Status.SOLVER_FAILED]
-        if not self.task.frozen:
-            known += list(zip(*self._flat, strict=True))
-        return np.array(
-            [
-                (float(loads.mean[0]) - self._travel(profile), self.task.weights.weighted(loads))
-                for profile, loads in known
-                if loads.blade_rms <= self.cap * (1 + 1e-9)
-            ]
-        ).reshape(-1, 2)
+        weights, most = self.task.weights, self.cap * (1 + 1e-9)
+        rows = [
+            np.array(
+                [
+                    (float(loads.mean[0]) - self._travel(profile), weights.weighted(loads))
+                    for profile, loads in known
+                    if loads.blade_rms <= most
+                ]
+            ).reshape(-1, 2)
+        ]
+        if self.flat is not None:
+            pool = self.flat.pool
+            worth = pool.torque - self.task.travel * pool.travel
+            rows.append(np.stack([worth, weights.array @ pool.rms], axis=1)[pool.rms[4] <= most])
+        return np.concatenate(rows)
 
     def _travel(self, profile: FloatArray) -> float:
         """Price of a profile's pitch travel [N m]."""
@@ -557,12 +607,8 @@ class PointFinder:
         """The better of a design and the local optimum from a profile of the branch and bound."""
         problem = self.task.problem(found.mean_pitch)
         solution = solve_local(problem, objective, profile)
-        if rank(problem, objective, solution.loads, solution.value) <= rank(
-            problem,
-            objective,
-            found.solution.loads,
-            problem.value(found.solution.profile, objective),
-        ):
+        own = valued(problem, objective, found.solution.profile)
+        if valued(problem, objective, solution.profile) <= own:
             return found
         return replace(
             found,

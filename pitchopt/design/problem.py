@@ -194,7 +194,11 @@ class DesignProblem:
     def coarse(self) -> DesignProblem | None:
         """The problem at every s-th rotor position, None where the positions are few."""
         step = stride(self.curves.positions)
-        return None if step == 1 else self.with_curves(self.curves.every(step))
+        return (
+            None
+            if step == 1
+            else self.with_curves(self.curves.thinned(self.curves.positions // step))
+        )
 
     @cached_property
     def softened(self) -> DesignProblem:

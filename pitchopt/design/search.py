@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pitchopt.aero.curves import RotorLoads
 from pitchopt.design.coarse import interpolated
@@ -24,7 +24,7 @@ from pitchopt.design.scp import ScpSettings, solve_local
 from pitchopt.design.task import DesignTask
 from pitchopt.errors import InputError
 
-__all__ = ["Found", "Start", "best_local", "climb", "rank", "search"]
+__all__ = ["Found", "Start", "best_local", "climb", "graded", "rank", "search", "valued"]
 
 FloatArray = NDArray[np.float64]
 
@@ -52,19 +52,34 @@ class Found:
     iterations: int
 
 
-def rank(problem: DesignProblem, objective: Objective, loads: RotorLoads, value: float) -> float:
+def rank(objective: Objective, loads: RotorLoads, value: float) -> float:
     """Value to compare profiles by; broken limits weigh more than any value."""
-    torque, blade = problem.excess(loads, objective)
-    scale = max(abs(float(loads.mean[0])), 1.0)
-    broken = torque / scale
+    return float(graded(objective, value, float(loads.mean[0]), loads.blade_rms))
+
+
+def valued(problem: DesignProblem, objective: Objective, profile: FloatArray) -> float:
+    """:func:`rank` of a profile."""
+    loads = problem.curves.evaluate(profile)
+    value = problem.value_of(loads, problem.travel(profile), objective)
+    return rank(objective, loads, value)
+
+
+def graded(
+    objective: Objective, value: ArrayLike, torque: ArrayLike, blade_rms: ArrayLike
+) -> FloatArray:
+    """The same from value, mean torque and J_blade of one profile or of many."""
+    torque = np.asarray(torque)
+    scale = np.maximum(np.abs(torque), 1.0)
+    over = np.maximum(objective.torque_min - torque, torque - objective.torque_max)
+    broken = np.maximum(over, 0.0) / scale
     if np.isfinite(objective.blade_cap):
-        broken += blade / objective.blade_cap
+        broken = broken + np.maximum(np.asarray(blade_rms) / objective.blade_cap - 1.0, 0.0)
     heavy = 1e3 * scale * max(1.0, *objective.rms)
-    return value - (heavy * broken if broken > 2e-6 else 0.0)
+    return np.asarray(value - np.where(broken > 2e-6, heavy * broken, 0.0))
 
 
-def _rank(problem: DesignProblem, objective: Objective, solution: LocalSolution) -> float:
-    return rank(problem, objective, solution.loads, solution.value)
+def _rank(objective: Objective, solution: LocalSolution) -> float:
+    return rank(objective, solution.loads, solution.value)
 
 
 def best_local(
@@ -96,7 +111,7 @@ def best_local(
         nonlocal total
         solution = solve_local(problem, objective, profile, settings=chosen, subproblem=subproblem)
         total += solution.iterations
-        return _rank(problem, objective, solution), solution
+        return _rank(objective, solution), solution
 
     def result(solution: LocalSolution, label: str) -> Found:
         mean = problem.curves.mean_pitch
@@ -114,23 +129,25 @@ def best_local(
             soft, objective, start.profile[::step], settings=full.rough(), subproblem=screen
         )
         total += rough.iterations
-        coarse = screened.repaired(rough.profile)
-        loads = screened.curves.evaluate(coarse)
-        value = problem.value_of(loads, problem.travel(coarse), objective)
-        profile = problem.repaired(interpolated(coarse, step))
-        found.append((rank(problem, objective, loads, value), profile, start.label))
+        # on the curves themselves an exact start may be better than what smoothing made of it
+        ends = [screened.repaired(end) for end in (rough.profile, start.profile[::step])]
+        value, coarse = max(
+            ((valued(screened, objective, end), end) for end in ends), key=lambda one: one[0]
+        )
+        profile = problem.repaired(interpolated(coarse, step)) if step > 1 else coarse
+        found.append((value, profile, start.label))
         if good_enough is not None and good_enough(value + _ROUGH * problem.torque_scale):
             value, solution = finished(profile, full.finishing())
             if good_enough(value):
                 return result(solution, start.label)
     found.sort(key=lambda one: -one[0])
     near = found[0][0] - _NEAR * problem.torque_scale
-    ends = [
+    finals = [
         (*finished(profile, full.finishing()), label)
         for value, profile, label in found[:_FINISHED]
         if value >= near
     ]
-    _, solution, label = max(ends, key=lambda one: one[0])
+    _, solution, label = max(finals, key=lambda one: one[0])
     return result(solution, label)
 
 
@@ -163,7 +180,7 @@ def search(
     def evaluate(mean: float, profiles: Sequence[Start]) -> float:
         nonlocal iterations
         if mean in known:
-            return _rank(task.problem(mean), objective, known[mean].solution)
+            return _rank(objective, known[mean].solution)
         problem = task.problem(mean)
         shifted = [
             Start(label=s.label, profile=s.profile - s.profile.mean() + mean) for s in profiles
@@ -171,7 +188,7 @@ def search(
         found = best_local(problem, objective, shifted, settings=settings)
         iterations += found.iterations
         known[mean] = found
-        return _rank(problem, objective, found.solution)
+        return _rank(objective, found.solution)
 
     def at(mean: float) -> float:
         mean = float(np.clip(mean, low, high))

@@ -129,7 +129,7 @@ class Team:
         problem, objective = self.problems[w], self.objectives[w]
         loads = problem.curves.evaluate(profile)
         value = problem.value_of(loads, problem.travel(profile), objective)
-        return rank(problem, objective, loads, value)
+        return rank(objective, loads, value)
 
     def _raise(self, w: int, profile: FloatArray) -> bool:
         """Go on from a profile that suits a wind better than its own optimum; True if it does."""

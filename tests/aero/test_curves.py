@@ -406,6 +406,29 @@ def same(a: BladeCurves, b: BladeCurves) -> bool:
     return arrays and a.blades == b.blades and a.mean_pitch == b.mean_pitch
 
 
+class TestThinned:
+    @pytest.mark.parametrize("blades", [1, 2, 3])
+    def test_divisors_keep_every_so_many_stations(self, blades: int) -> None:
+        curves = made(blades=blades, positions=6)
+        few = curves.thinned(3)
+        assert (few.blades, few.positions) == (blades, 3)
+        for name in ("azimuth", "beta", *CURVES, *RATES):
+            np.testing.assert_allclose(getattr(few, name), getattr(curves, name)[::2], rtol=1e-14)
+
+    def test_other_numbers_take_the_nearest_station(self) -> None:
+        curves = made(positions=7)
+        few = curves.thinned(5)
+        for i, azimuth in enumerate(few.azimuth):
+            away = np.abs(np.angle(np.exp(1j * (curves.azimuth - azimuth))))
+            np.testing.assert_array_equal(few.torque[i], curves.torque[np.argmin(away)])
+            assert away.min() <= 0.5 * curves.spacing * (1 + 1e-9)
+
+    @pytest.mark.parametrize("positions", [0, 3])
+    def test_refuses_other_numbers(self, positions: int) -> None:
+        with pytest.raises(InputError, match=f"positions: got {positions}"):
+            made(positions=2).thinned(positions)
+
+
 class TestFiles:
     @pytest.mark.parametrize("suffix", [".npz", ".csv"])
     @pytest.mark.parametrize("mean", [None, 0.1 / 3, np.float64(0.1 / 3)])

@@ -33,6 +33,11 @@ FIGURES = {
         "design": ["cpu_seconds", "cpu_seconds_own_optima", "gap_percent", "largest_regret"],
         "exponent": ["exponent_design", "exponent_joint", "exponent_bound", "exponent_regret"],
     },
+    "random_starts": {
+        "point": ["kind", "mu", "gain_percent", "random_kind", "starts", "finished", "cpu_seconds"],
+        "flattened optimum": ["applies", "gain_percent", "rms_weighted", "flat_rms_weighted"],
+        "case": ["gain_largest_percent", "gains_above_aim", "points", "curve_cpu_seconds"],
+    },
     "scp_vs_ipopt": {
         "trade-off point": ["ratio", "objective_lead_percent", "ratio_is_lower_bound"],
         "summary": ["formulations", "fastest_formulation"],
@@ -106,6 +111,13 @@ def test_paths_agree(folder):
     line = found["subproblem"]
     assert line["solved_by_direct"] == line["solved_by_cvxpy"] == line["subproblems"]
     assert line["value_difference_largest"] < 1e-5
+
+
+def test_random_starts_go_on_where_a_run_ended(folder):
+    out = folder / "random_starts" / "random_starts.json"
+    text = quick("random_starts", str(out))
+    assert run("random_starts", "--out", str(out)) == ""
+    assert out.read_text(encoding="utf-8") == text
 
 
 def test_without_casadi_the_comparison_is_skipped(tmp_path):
