@@ -41,7 +41,7 @@ _HANDOVERS = 10  # rounds of handing profiles over, at most
 _CONTENDS = 2e-3  # share by which a profile may trail another and still be solved from
 TORQUE_ALONE = Objective(torque=1.0, rms=(0.0, 0.0, 0.0, 0.0, 0.0))
 _WAVE = np.radians(0.4)
-_PRICES = 8  # of a loss that a branch and bound tries
+_PRICES = 8  # tried for a loss
 _TOP_PRICE = 100.0  # in torque over RMS; a limit with a higher one counts as not binding
 
 
@@ -507,16 +507,16 @@ class PointFinder:
         A branch and bound that comes upon a better profile at the price ends, and goes on with
         the price that this profile leaves, or from the better design that it leads to.
         """
-        weighted = self.task.weights.weighted
+        rivals: list[Start] = []
         left = np.inf if self.proof is None else self.proof.seconds
         for attempt in range(_PRICES):
-            solution = found.solution
-            worth = float(solution.loads.mean[0]) - self._travel(solution.profile)
-            mu = supporting_price(worth, weighted(solution.loads), others, local)
+            if self.proof is not None:
+                found, others = self._against(rivals, objective, found, local, others)
+            mu = self._price(found, local, others)
             judged = self.tradeoff_objective(mu)
             relaxed, proven = None, None
             if self.certify:
-                relaxed = self.bound(judged, found.mean_pitch, solution.profile)
+                relaxed = self.bound(judged, found.mean_pitch, found.solution.profile)
             if relaxed is not None and self.proof is not None:
                 since = time.perf_counter()
                 proven = self._proven(
@@ -525,9 +525,8 @@ class PointFinder:
                 left = max(left - (time.perf_counter() - since), 0.0)
             if proven is None or proven.ended != "better profile":
                 break
-            loads = self.task.problem(found.mean_pitch).curves.evaluate(proven.profile)
-            worth = float(loads.mean[0]) - self._travel(proven.profile)
-            others = np.vstack([others, [worth, weighted(loads)]])
+            rivals = [Start(label="branch and bound", profile=proven.profile)]
+            others = np.vstack([others, self._place(found, proven.profile)])
             found = self._continued(objective, found, proven.profile)
         if proven is not None and proven.improved:
             found = self._continued(objective, found, proven.profile)
@@ -535,6 +534,46 @@ class PointFinder:
             self.task, judged, found, "max_power_loss", mu, loss, began, relaxed,
             self.power.mean_torque, proven,
         )  # fmt: skip
+
+    def _place(self, found: Found, profile: FloatArray) -> tuple[float, float]:
+        """Mean torque less the price of travel, and weighted RMS, of a profile."""
+        loads = self.task.problem(found.mean_pitch).curves.evaluate(profile)
+        worth = float(loads.mean[0]) - self._travel(profile)
+        return worth, self.task.weights.weighted(loads)
+
+    def _price(self, found: Found, local: float, others: FloatArray) -> float:
+        """The price that a design for a loss is judged at."""
+        if self.task.frozen:  # profiles of other means are no rivals: bounds are for one mean
+            return local
+        return supporting_price(*self._place(found, found.solution.profile), others, local)
+
+    def _against(
+        self,
+        rivals: Sequence[Start],
+        objective: Objective,
+        found: Found,
+        local: float,
+        others: FloatArray,
+    ) -> tuple[Found, FloatArray]:
+        """Local solves at the design's price, which moves until none is better than the design.
+
+        Each goes on from the rival before, so that the price runs to where a straight line from
+        the design touches what the rivals can do.
+        """
+        starts = list(rivals)
+        for _ in range(_PRICES):
+            mu = self._price(found, local, others)
+            judged = self.tradeoff_objective(mu)
+            own = Start(label="own", profile=found.solution.profile)
+            best = self.solve(judged, [own, *(starts or self.first_starts(judged))])
+            problem = self.task.problem(found.mean_pitch)
+            gain = best.solution.value - problem.value(found.solution.profile, judged)
+            if self.task.frozen or gain <= _CLOSE * self.power.mean_torque:
+                break
+            starts = [Start(label=best.start, profile=best.solution.profile)]
+            others = np.vstack([others, self._place(found, best.solution.profile)])
+            found = self._continued(objective, found, best.solution.profile)
+        return found, others
 
     def finish(
         self,

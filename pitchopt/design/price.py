@@ -9,17 +9,24 @@ J' known, the design (T, J) is worth no less than any of them, T - mu J >= T' - 
 
 Every mu in that interval is a multiplier of the constraint in the global sense (Boyd and
 Vandenberghe, section 5.6).  Where it is empty, the design lies above a chord between two other
-profiles: no price makes it best, and the gap that remains is that of the problem itself.
+profiles: no price makes it best, and the price at which it falls behind least,
+
+    min over mu of max over the others of (T' - T) - mu (J' - J),
+
+leaves the gap that the problem itself has.
 """
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
 __all__ = ["supporting_price"]
 
 FloatArray = NDArray[np.float64]
+
+_SAME = 1e-6  # share by which profiles must differ in both: slopes between equals mean nothing
 
 
 def supporting_price(torque: float, rms: float, others: FloatArray, local: float) -> float:
@@ -37,16 +44,24 @@ def supporting_price(torque: float, rms: float, others: FloatArray, local: float
     Returns
     -------
     float
-        ``local`` if it lies in the interval; else the middle of the interval, or of where its
-        ends cross, on a logarithmic scale.
+        ``local`` if it lies in the interval, else the minimiser of what the design falls behind
+        the others by, or is ahead of them by least.
     """
     gained, varied = others[:, 0] - torque, others[:, 1] - rms
-    costly = (gained > 0) & (varied > 0)
-    cheap = (gained < 0) & (varied < 0)
+    apart = (np.abs(gained) > _SAME * abs(torque)) & (np.abs(varied) > _SAME * rms)
+    costly = apart & (gained > 0) & (varied > 0)
+    cheap = apart & (gained < 0) & (varied < 0)
     low = float(np.max(gained[costly] / varied[costly], initial=0.0))
     high = float(np.min(gained[cheap] / varied[cheap], initial=np.inf))
     if low <= local <= high:
         return local
-    if low == 0.0:
-        return high
-    return low if np.isinf(high) else float(np.sqrt(low * high))
+    if low == 0.0 or np.isinf(high):
+        return high if low == 0.0 else low
+    gained, varied = gained[costly | cheap], varied[costly | cheap]
+    behind = minimize_scalar(
+        lambda mu: float(np.max(gained - mu * varied)),
+        bounds=(min(low, high), max(low, high)),
+        method="bounded",
+        options={"xatol": 1e-6 * min(low, high)},
+    )
+    return float(behind.x)

@@ -129,7 +129,12 @@ def test_tradeoff_as_json_prints_one_document_and_writes_nothing(run, small, tmp
 def test_json_and_out_together(run, small, tmp_path):
     done = run("tradeoff", *small, "--mu", "3", "--json", "--out", "x", "--no-plots")
     assert json.loads(done.out) == json.loads((tmp_path / "x" / "tradeoff.json").read_text())
-    assert names(tmp_path / "x") == ["profiles.npz", "tradeoff.csv", "tradeoff.json"]
+    assert names(tmp_path / "x") == [
+        "certificates.npz",
+        "profiles.npz",
+        "tradeoff.csv",
+        "tradeoff.json",
+    ]
 
 
 def test_the_folder_has_a_default_and_keeps_what_is_there(run, small, tmp_path):
@@ -191,7 +196,12 @@ def test_design(run, small, tmp_path, goal, label):
     assert done.status == 0, done.err
     assert f"{label} " in done.out
     assert "RMS cut against the constant pitch: torque" in done.out
-    assert names(tmp_path / "d") == ["design.json", "profile.csv", "profiles.npz"]
+    assert names(tmp_path / "d") == [
+        "certificates.npz",
+        "design.json",
+        "profile.csv",
+        "profiles.npz",
+    ]
     document = json.loads((tmp_path / "d" / "design.json").read_text())
     azimuth, pitch = read_profile_csv(tmp_path / "d" / "profile.csv")
     assert np.rad2deg(azimuth) == pytest.approx(document["azimuth_deg"])
@@ -208,7 +218,7 @@ def test_design(run, small, tmp_path, goal, label):
 def test_design_draws(run, small, tmp_path):
     assert run("design", *small, "--mu", "5", "--no-certify").status == 0
     assert names(tmp_path / "design-biegel2011") == [
-        "certificates.npz", "design.json", "loads.png", "profile.csv", "profiles.npz",
+        "design.json", "loads.png", "profile.csv", "profiles.npz",
         "profiles.png", "wind.png",
     ]  # fmt: skip
 
