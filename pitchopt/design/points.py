@@ -42,6 +42,7 @@ _CONTENDS = 2e-3  # share by which a profile may trail another and still be solv
 TORQUE_ALONE = Objective(torque=1.0, rms=(0.0, 0.0, 0.0, 0.0, 0.0))
 _WAVE = np.radians(0.4)
 _PRICES = 8  # tried for a loss
+_RESERVE = 0.1  # of the gap, for small gains that a branch and bound does not end for
 _TOP_PRICE = 100.0  # in torque over RMS; a limit with a higher one counts as not binding
 
 
@@ -504,12 +505,16 @@ class PointFinder:
     ) -> Design:
         """A design for a loss, judged at a price at which no other known profile is better.
 
-        A branch and bound that comes upon a better profile at the price ends, and goes on with
-        the price that this profile leaves, or from the better design that it leads to.
+        With a branch and bound, rivals are looked for first: local solves at the price, which
+        moves until none is better than the design, or until the price that it falls behind
+        least at is found.  One that the branch and bound still comes upon ends it, and the
+        price moves on.
         """
-        rivals: list[Start] = []
+        problem = self.task.problem(found.mean_pitch)
+        rivals: list[FloatArray] = []
         left = np.inf if self.proof is None else self.proof.seconds
         for attempt in range(_PRICES):
+            since = time.perf_counter()
             if self.proof is not None:
                 found, others = self._against(rivals, objective, found, local, others)
             mu = self._price(found, local, others)
@@ -518,22 +523,49 @@ class PointFinder:
             if self.certify:
                 relaxed = self.bound(judged, found.mean_pitch, found.solution.profile)
             if relaxed is not None and self.proof is not None:
-                since = time.perf_counter()
-                proven = self._proven(
-                    judged, found, relaxed, left, until_better=attempt < _PRICES - 1
-                )
+                last = attempt == _PRICES - 1
+                known = [found.solution.profile, *rivals]
+                best = max(known, key=lambda profile: problem.value(profile, judged))
+                reserve = 0.0 if last else _RESERVE
+                proven = self._proven(judged, found, relaxed, left, best=best, reserve=reserve)
                 left = max(left - (time.perf_counter() - since), 0.0)
             if proven is None or proven.ended != "better profile":
                 break
-            rivals = [Start(label="branch and bound", profile=proven.profile)]
+            rivals.append(proven.profile)
             others = np.vstack([others, self._place(found, proven.profile)])
-            found = self._continued(objective, found, proven.profile)
-        if proven is not None and proven.improved:
             found = self._continued(objective, found, proven.profile)
         return finished(
             self.task, judged, found, "max_power_loss", mu, loss, began, relaxed,
             self.power.mean_torque, proven,
         )  # fmt: skip
+
+    def _against(
+        self,
+        rivals: list[FloatArray],
+        objective: Objective,
+        found: Found,
+        local: float,
+        others: FloatArray,
+    ) -> tuple[Found, FloatArray]:
+        """Local solves at the price of a design, which moves as long as they find new rivals."""
+        problem = self.task.problem(found.mean_pitch)
+        for _ in range(_PRICES):
+            mu = self._price(found, local, others)
+            goal = _Goal("mu", mu, self.tradeoff_objective(mu))
+            own = found.solution.profile
+            near = [Start(label="own", profile=own)]
+            near += [Start(label="rival", profile=profile) for profile in rivals[-2:]]
+            self._improve(goal, [*near, *self.first_starts(goal.objective)])
+            self._challenge(goal)
+            assert goal.found is not None
+            best = goal.found.solution.profile
+            values = [problem.value(p, goal.objective) for p in (best, own, *rivals)]
+            if self.task.frozen or values[0] <= max(values[1:]) + _CLOSE * self.power.mean_torque:
+                break
+            rivals.append(best)
+            others = np.vstack([others, self._place(found, best)])
+            found = self._continued(objective, found, best)
+        return found, others
 
     def _place(self, found: Found, profile: FloatArray) -> tuple[float, float]:
         """Mean torque less the price of travel, and weighted RMS, of a profile."""
@@ -546,34 +578,6 @@ class PointFinder:
         if self.task.frozen:  # profiles of other means are no rivals: bounds are for one mean
             return local
         return supporting_price(*self._place(found, found.solution.profile), others, local)
-
-    def _against(
-        self,
-        rivals: Sequence[Start],
-        objective: Objective,
-        found: Found,
-        local: float,
-        others: FloatArray,
-    ) -> tuple[Found, FloatArray]:
-        """Local solves at the design's price, which moves until none is better than the design.
-
-        Each goes on from the rival before, so that the price runs to where a straight line from
-        the design touches what the rivals can do.
-        """
-        starts = list(rivals)
-        for _ in range(_PRICES):
-            mu = self._price(found, local, others)
-            judged = self.tradeoff_objective(mu)
-            own = Start(label="own", profile=found.solution.profile)
-            best = self.solve(judged, [own, *(starts or self.first_starts(judged))])
-            problem = self.task.problem(found.mean_pitch)
-            gain = best.solution.value - problem.value(found.solution.profile, judged)
-            if self.task.frozen or gain <= _CLOSE * self.power.mean_torque:
-                break
-            starts = [Start(label=best.start, profile=best.solution.profile)]
-            others = np.vstack([others, self._place(found, best.solution.profile)])
-            found = self._continued(objective, found, best.solution.profile)
-        return found, others
 
     def finish(
         self,
@@ -612,9 +616,14 @@ class PointFinder:
         relaxed: Relaxation,
         seconds: float,
         *,
-        until_better: bool = False,
+        best: FloatArray | None = None,
+        reserve: float = 0.0,
     ) -> ProvenBound | None:
-        """Branch and bound, where the hull relaxation leaves a larger gap than wanted."""
+        """Branch and bound, where the hull relaxation leaves a larger gap than wanted.
+
+        ``best`` is a profile that is known to be better by the objective than the design.  With a
+        ``reserve``, a share of the gap, it ends when it finds one better than that by so much.
+        """
         assert self.proof is not None
         problem, profile = self.task.problem(found.mean_pitch), found.solution.profile
         scale = self.power.mean_torque
@@ -624,6 +633,12 @@ class PointFinder:
         room = max(relaxed.upper_bound - value, 0.0)
         if scale <= 0 or (self.resume is None and room <= self.proof.gap * scale):
             return None
+        best = profile if best is None else best
+        behind = (problem.value(best, objective) - value) / scale
+        gap = self.proof.gap
+        settings = replace(
+            self.proof, seconds=seconds, gap=max((1.0 - reserve) * gap - behind, 0.1 * gap)
+        )
 
         def tell(gap: float, regions: int, still_open: int) -> None:
             if self.progress is not None:
@@ -633,11 +648,11 @@ class PointFinder:
         return prove(
             problem,
             objective,
-            profile,
+            best,
             scale=scale,
             multipliers=relaxed.multipliers,
-            settings=replace(self.proof, seconds=seconds),
-            until_better=until_better,
+            settings=settings,
+            enough=reserve * gap * scale if reserve else np.inf,
             resume=self.resume,
             progress=tell,
         )

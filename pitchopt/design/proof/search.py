@@ -35,7 +35,7 @@ FloatArray = NDArray[np.float64]
 GapProgress = Callable[[float, int, int], None]
 
 _ROUND = 16  # regions in one round
-_LOCAL_EVERY = 64  # of the regions split, one starts a local solve
+_LOCAL_EVERY = 128  # of the regions split, one starts a local solve
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,7 +125,7 @@ def _worked(frame: Frame, node: Node, cut: float, local: bool) -> _Parts:
             frame.problem,
             frame.given,
             node.profile,
-            settings=ScpSettings(radius=float(np.radians(1.0)), max_steps=12, max_cells=40),
+            settings=ScpSettings(radius=float(np.radians(1.0)), max_steps=12, max_cells=20),
         )
         if solution.status.ok or solution.status.value == "iteration limit":
             profile = solution.profile
@@ -145,7 +145,7 @@ def prove(
     multipliers: Multipliers | None = None,
     settings: ProofSettings | None = None,
     resume: Proof | None = None,
-    until_better: bool = False,
+    enough: float = np.inf,
     progress: GapProgress | None = None,
 ) -> ProvenBound:
     """Bound the objective of every feasible profile by branch and bound.
@@ -165,8 +165,8 @@ def prove(
     settings : ProofSettings, optional
     resume : Proof, optional
         The tree of an earlier search on the same problem and objective, to go on from.
-    until_better : bool
-        End as soon as a better profile is found.
+    enough : float
+        End as soon as a profile is found that is better than the first by this much [N m].
     progress : callable, optional
         Called with the gap, the regions so far and the regions open.
 
@@ -179,6 +179,7 @@ def prove(
     settings = settings or ProofSettings()
     frame = Frame(problem, objective)
     state = _State(frame, profile, scale, settings)
+    first = state.value
     if resume is None:
         root = Node(region=frame.first(), bound=np.inf, branch=None, cut=state.cut)
         if multipliers is not None:
@@ -203,7 +204,7 @@ def prove(
         if progress is not None:
             progress(history[-1][2], history[-1][1], len(state.heap))
         ended = state.ended(began)
-        if ended is None and until_better and state.improved:
+        if ended is None and state.value - first >= enough:
             ended = "better profile"
     bound = state.bound()
     return ProvenBound(
