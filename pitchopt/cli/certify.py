@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 from pitchopt.errors import InputError
 
 if TYPE_CHECKING:
-    from pitchopt.design import ProofSettings
+    from pitchopt.checks import FloatArray
+    from pitchopt.design import Design, ProofSettings
 
-__all__ = ["certify_record", "proof_settings"]
+__all__ = ["better_intervals", "certify_record", "proof_settings"]
 
 
 @contextmanager
@@ -63,6 +64,14 @@ def certify_record(options: Mapping[str, Any]) -> dict[str, Any]:
 def _deep(options: Mapping[str, Any]) -> bool:
     """True for branch and bound; commands without the option have none."""
     return options.get("certify") == "deep" and not options["no_certify"]
+
+
+def better_intervals(design: Design) -> tuple[FloatArray, FloatArray] | None:
+    """Where profiles better than a design would have to lie; None without a branch and bound."""
+    certificate = design.certificate
+    if certificate is None or certificate.proof is None:
+        return None
+    return certificate.intervals(design.objective)
 
 
 def _checked(options: Mapping[str, Any]) -> None:

@@ -21,7 +21,7 @@ from pitchopt.errors import InputError
 
 if TYPE_CHECKING:
     from pitchopt.cases import Case
-    from pitchopt.design import Design, DesignTask, Proof
+    from pitchopt.design import Certificate, Design, DesignTask
 
 __all__ = ["Solved", "command", "goal_options", "solve"]
 
@@ -129,13 +129,13 @@ def solve(case: Case, options: dict[str, Any]) -> Solved:
     )
 
 
-def _resumed(path: str | None) -> Proof | None:
-    """The tree of regions in a file of certificates."""
+def _resumed(path: str | None) -> Certificate | None:
+    """The certificate with a tree of regions in a file."""
     if path is None:
         return None
     from pitchopt.exports import read_certificates
 
-    trees = [found.proof for found in read_certificates(path).values() if found.proof is not None]
+    trees = [found for found in read_certificates(path).values() if found.proof is not None]
     if len(trees) != 1:
         raise InputError(
             f"--resume: {path} holds {len(trees)} branch and bound proofs, expected one"
@@ -223,12 +223,15 @@ def _files(solved: Solved, *, plots: bool) -> dict[str, bytes | str]:
     if design.certificate is not None:
         files["certificates.npz"] = certificates_file({label_of(design): design.certificate})
     if plots:
+        from pitchopt.cli.certify import better_intervals
         from pitchopt.cli.output import wind_plot
         from pitchopt.plotting import loads_figure, png, profiles_figure
 
         shown = {label_of(design): design, "constant": solved.constant}
         files |= {
-            "profiles.png": png(profiles_figure(shown, title=case.name)),
+            "profiles.png": png(
+                profiles_figure(shown, intervals=better_intervals(design), title=case.name)
+            ),
             "loads.png": png(loads_figure(shown, title=case.name)),
             **wind_plot(case),
         }

@@ -169,15 +169,18 @@ def _files(
     if certificates:
         files["certificates.npz"] = certificates_file(certificates)
     if plots:
+        from pitchopt.cli.certify import better_intervals
         from pitchopt.cli.output import wind_plot
         from pitchopt.plotting import loads_figure, png, profiles_figure, tradeoff_figure
 
         knee = result.points[result.knee]
-        shown = {"power maximum": result.power_max, "knee": knee}
+        shown = {"knee": knee, "power maximum": result.power_max}
         name = settings["objective"]["weights_name"]
         files |= {
             "tradeoff.png": png(tradeoff_figure(result, weights_name=name, title=case.name)),
-            "profiles.png": png(profiles_figure(shown, title=case.name)),
+            "profiles.png": png(
+                profiles_figure(shown, intervals=better_intervals(knee), title=case.name)
+            ),
             "loads.png": png(loads_figure({**shown, "constant": result.constant}, title=case.name)),
             **wind_plot(case),
         }

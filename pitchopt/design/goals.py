@@ -20,7 +20,7 @@ from pitchopt.design.constant_pitch import best_constant, constant_for_torque, c
 from pitchopt.design.points import TORQUE_ALONE, PointFinder, finished
 from pitchopt.design.power import maximise_torque
 from pitchopt.design.problem import Objective
-from pitchopt.design.proof import Proof, ProofSettings
+from pitchopt.design.proof import Certificate, ProofSettings
 from pitchopt.design.relaxation import relax
 from pitchopt.design.results import Compared, Design, LocalSolution, Tradeoff
 from pitchopt.design.search import Found, climb
@@ -104,7 +104,7 @@ def compared(
     mean_torque: float | None = None,
     starts: int = 5,
     certify: bool | ProofSettings = True,
-    resume: Proof | None = None,
+    resume: Certificate | None = None,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Compared:
@@ -126,8 +126,8 @@ def compared(
     certify : bool or ProofSettings
         Bound the result by the hull relaxation; with settings, then close the gap by branch and
         bound as far as they say.  A better profile that is found on the way replaces the result.
-    resume : Proof, optional
-        The tree of an earlier branch and bound for the same design, to go on from.
+    resume : Certificate, optional
+        Of an earlier branch and bound for the same design, to go on from its tree.
     seed : int
         Seed of the random starts, beyond the first seven.
     progress : callable, optional

@@ -23,7 +23,7 @@ from pitchopt.design.flatten import FlatProfiles
 from pitchopt.design.power import maximise_torque
 from pitchopt.design.price import supporting_price
 from pitchopt.design.problem import Objective
-from pitchopt.design.proof import Certificate, Proof, ProofSettings, ProvenBound, prove
+from pitchopt.design.proof import Certificate, ProofSettings, ProvenBound, prove
 from pitchopt.design.relaxation import Relaxation, relax
 from pitchopt.design.results import Design, Status
 from pitchopt.design.scp import solve_local
@@ -76,7 +76,7 @@ class PointFinder:
         progress: Progress | None,
         *,
         total: int,
-        resume: Proof | None = None,
+        resume: Certificate | None = None,
     ) -> None:
         self.task = task.operating_at(float(reference.profile.mean()))
         self.reference, self.power = reference, power
@@ -515,15 +515,18 @@ class PointFinder:
         left = np.inf if self.proof is None else self.proof.seconds
         for attempt in range(_PRICES):
             since = time.perf_counter()
-            if self.proof is not None:
-                found, others = self._against(rivals, objective, found, local, others)
-            mu = self._price(found, local, others)
+            if self.resume is not None:
+                mu = self._resumed_price(self.resume)
+            else:
+                if self.proof is not None:
+                    found, others = self._against(rivals, objective, found, local, others)
+                mu = self._price(found, local, others)
             judged = self.tradeoff_objective(mu)
             relaxed, proven = None, None
             if self.certify:
                 relaxed = self.bound(judged, found.mean_pitch, found.solution.profile)
             if relaxed is not None and self.proof is not None:
-                last = attempt == _PRICES - 1
+                last = attempt == _PRICES - 1 or self.resume is not None
                 known = [found.solution.profile, *rivals]
                 best = max(known, key=lambda profile: problem.value(profile, judged))
                 reserve = 0.0 if last else _RESERVE
@@ -538,6 +541,12 @@ class PointFinder:
             self.task, judged, found, "max_power_loss", mu, loss, began, relaxed,
             self.power.mean_torque, proven,
         )  # fmt: skip
+
+    def _resumed_price(self, certificate: Certificate) -> float:
+        """The price in the objective of an earlier proof."""
+        weights = self.task.weights.array
+        heaviest = int(np.argmax(weights))
+        return certificate.objective.rms[heaviest] / (float(weights[heaviest]) or 1.0)
 
     def _against(
         self,
@@ -653,7 +662,7 @@ class PointFinder:
             multipliers=relaxed.multipliers,
             settings=settings,
             enough=reserve * gap * scale if reserve else np.inf,
-            resume=self.resume,
+            resume=None if self.resume is None else self.resume.proof,
             progress=tell,
         )
 

@@ -17,6 +17,7 @@ from pitchopt.plotting.tradeoff import plot_tradeoff
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from pitchopt.checks import FloatArray
     from pitchopt.design.results import Design, Tradeoff
     from pitchopt.design.several_results import Several
 
@@ -37,10 +38,15 @@ def tradeoff_figure(result: Tradeoff, *, weights_name: str = "", title: str = ""
     return figure
 
 
-def profiles_figure(designs: Mapping[str, Design], *, title: str = "") -> Figure:
-    """Pitch of all blades over one passage."""
+def profiles_figure(
+    designs: Mapping[str, Design],
+    *,
+    intervals: tuple[FloatArray, FloatArray] | None = None,
+    title: str = "",
+) -> Figure:
+    """Pitch of all blades over one passage; intervals as in :func:`plot_profiles`."""
     figure = _figure(6.8, 4.6)
-    plot_profiles(designs, ax=figure.add_subplot())
+    plot_profiles(designs, intervals=intervals, ax=figure.add_subplot())
     figure.suptitle(title, x=0.01, ha="left", fontsize="medium")
     return figure
 

@@ -65,13 +65,21 @@ def _named(designs: Design | Mapping[str, Design]) -> dict[str, Design]:
     return {designs.kind: designs}
 
 
-def plot_profiles(designs: Design | Mapping[str, Design], *, ax: Axes | None = None) -> Axes:
+def plot_profiles(
+    designs: Design | Mapping[str, Design],
+    *,
+    intervals: tuple[FloatArray, FloatArray] | None = None,
+    ax: Axes | None = None,
+) -> Axes:
     """Pitch of every blade over one passage.
 
     Parameters
     ----------
     designs : Design or mapping of str to Design
         Colours tell the blades apart, line styles the designs.
+    intervals : pair of arrays (N,), optional
+        Lowest and highest pitch at the stations of the first design, shaded [rad]: such as what
+        holds every better profile (``Certificate.intervals``).
     ax : Axes, optional
         Where to draw; a new figure without.
     """
@@ -81,6 +89,7 @@ def plot_profiles(designs: Design | Mapping[str, Design], *, ax: Axes | None = N
     named = _named(designs)
     blades = 1
     for (_, design), style in zip(named.items(), _cycle(_STYLES, len(named)), strict=True):
+        first = style == _STYLES[0] and intervals is not None
         blades = design.profile.size // design.loads.rotor.shape[1]
         passage = 2 * np.pi / blades
         stations = theta_of(design.azimuth[: design.loads.rotor.shape[1]], blades)
@@ -92,6 +101,13 @@ def plot_profiles(designs: Design | Mapping[str, Design], *, ax: Axes | None = N
                 theta, np.rad2deg(pitch), linestyle=style, linewidth=1.5,
                 color=BLADE_COLOURS[b % len(BLADE_COLOURS)],
             )  # fmt: skip
+            if first and intervals is not None:
+                low, high = (
+                    np.rad2deg(np.interp(psi, design.azimuth, end, period=2 * np.pi))
+                    for end in intervals
+                )
+                colour = BLADE_COLOURS[b % len(BLADE_COLOURS)]
+                ax.fill_between(theta, low, high, color=colour, alpha=0.12, linewidth=0)
     _passage_axis(ax, blades)
     ax.set_ylabel("pitch, towards feather [deg]")
     handles = [
@@ -102,6 +118,10 @@ def plot_profiles(designs: Design | Mapping[str, Design], *, ax: Axes | None = N
         Line2D([], [], color="0.3", linestyle=style, label=label)
         for label, style in zip(named, _cycle(_STYLES, len(named)), strict=True)
     ]
+    if intervals is not None:
+        handles.append(
+            Line2D([], [], color="0.3", alpha=0.25, linewidth=6, label="better ones lie here")
+        )
     _legend_above(ax, handles)
     return ax
 

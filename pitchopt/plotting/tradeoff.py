@@ -101,6 +101,12 @@ def plot_tradeoff(
             at / rms_unit, bound(at) / unit, color=ORANGE, linestyle="--", linewidth=1.2,
             label="proven: no profile above", zorder=2,
         )  # fmt: skip
+        x, y = _places(sorted([result.power_max, *usable], key=lambda p: p.rms_weighted))
+        known = np.maximum.accumulate(np.interp(at, x, y))
+        ax.fill_between(
+            at / rms_unit, known / unit, bound(at) / unit, color=ORANGE, alpha=0.15, linewidth=0,
+            label="gap", zorder=1,
+        )  # fmt: skip
     for design, marker, colour, label in (
         (result.constant, "X", BLACK, "best constant pitch"),
         (result.power_max, "^", VERMILION, "power maximum"),

@@ -489,3 +489,87 @@ def test_curves_saved_as_csv_serve_as_well(run, tmp_path):
         "--starts", "1", "--json",
     )  # fmt: skip
     assert done.status == 0, done.err
+
+
+# ---- proofs --------------------------------------------------------------------------------
+
+
+def test_deep_certificate_and_its_check(run, small, tmp_path):
+    deep = ("--certify", "deep", "--certify-gap", "2%", "--certify-seconds", "60", "--workers", "1")
+    done = run("design", *small, "--mu", "20", *deep, "--out", "d")
+    assert done.status == 0, done.err
+    design = json.loads((tmp_path / "d" / "design.json").read_text())["design"]
+    assert design["bound_method"] in ("branch and bound", "hull relaxation")
+    assert -1e-9 <= design["gap"] <= 0.02
+    checked = run("check", "d/certificates.npz", "--json")
+    assert checked.status == 0, checked.err
+    (row,) = json.loads(checked.out)["certificates"]
+    assert row["label"] == "mu=20" and row["holds"] is True
+    assert row["upper_bound"] == design["upper_bound"]
+    assert row["upper_bound_checked"] == pytest.approx(design["upper_bound"], rel=1e-9)
+    table = run("check", "d/certificates.npz")
+    assert table.status == 0 and "computed again" in table.out and "yes" in table.out
+
+
+def test_proof_goes_on(run, small, tmp_path):
+    deep = ("--certify", "deep", "--certify-gap", "0.01%", "--workers", "1", "--no-plots")
+    first = run("design", *small, "--mu", "30", *deep, "--certify-seconds", "0.2", "--out", "a")
+    assert first.status == 0, first.err
+    one = json.loads((tmp_path / "a" / "design.json").read_text())["design"]
+    again = run(
+        "design", *small, "--mu", "30", *deep, "--certify-seconds", "2", "--out", "b",
+        "--resume", "a/certificates.npz",
+    )  # fmt: skip
+    assert again.status == 0, again.err
+    two = json.loads((tmp_path / "b" / "design.json").read_text())["design"]
+    assert two["proof_regions"] > one["proof_regions"]
+    assert two["upper_bound"] <= one["upper_bound"]
+
+
+def test_tradeoff_with_deep_certificates(run, small, tmp_path):
+    done = run(
+        "tradeoff", *small, "--mu", "20", "--certify", "deep", "--certify-gap", "2%",
+        "--certify-seconds", "5", "--workers", "2", "--json", "--out", "t",
+    )  # fmt: skip
+    assert done.status == 0, done.err
+    points = json.loads(done.out)["points"]
+    assert all(point["gap"] >= -1e-9 for point in points)
+    assert run("check", "t/certificates.npz").status == 0
+    assert "certificates.npz" in names(tmp_path / "t")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        (("--certify", "full"), "--certify"),
+        (("--certify", "deep", "--no-certify"), "--no-certify"),
+        (("--resume", "x.npz"), "--resume"),
+        (("--certify", "deep", "--resume", "x.npz"), "x.npz"),
+        (("--certify-gap", "0"), "--certify-gap"),
+        (("--certify-seconds", "-1"), "--certify-seconds"),
+        (("--workers", "0"), "--workers"),
+    ],
+)
+def test_bad_proof_options(run, small, wrong, said):
+    done = run("design", *small, "--mu", "5", *wrong)
+    assert done.status == 2
+    assert said in done.err and done.err.count("\n") == 1
+    assert done.out == ""
+
+
+def test_check_refuses_what_is_no_certificate(run, small, tmp_path):
+    (tmp_path / "x.npz").write_bytes(b"nothing")
+    for wrong in (("x.npz",), ("none.npz",)):
+        done = run("check", *wrong)
+        assert done.status == 2 and "certificates" in done.err and done.err.count("\n") == 1
+
+
+def test_check_says_when_a_bound_does_not_come_out(run, small, tmp_path):
+    assert run("design", *small, "--mu", "20", "--no-plots", "--out", "d").status == 0
+    path = tmp_path / "d" / "certificates.npz"
+    with np.load(path) as stored:
+        data = {name: stored[name] for name in stored.files}
+    data["0/upper_bound"] = data["0/upper_bound"] * 0.9
+    np.savez(path, **data)
+    done = run("check", "d/certificates.npz")
+    assert done.status == 1 and "NO" in done.out and "mu=20" in done.err

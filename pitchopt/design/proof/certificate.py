@@ -20,12 +20,14 @@ from pitchopt.design.limits import PitchLimits
 from pitchopt.design.multipliers import Multipliers
 from pitchopt.design.problem import DesignProblem, Objective
 from pitchopt.design.proof.record import Proof, check_proof, problem_digest
+from pitchopt.design.proof.region import Frame, Region, dual_step, tightened
 from pitchopt.errors import InputError
 
 __all__ = ["Certificate"]
 
 FloatArray = NDArray[np.float64]
 
+_PASSES = 3
 _HULL, _TREE = "hull relaxation", "branch and bound"
 
 
@@ -116,6 +118,20 @@ class Certificate:
         if self.proof is not None:
             return check_proof(self.proof, problem, self.objective)
         return lagrangian_bound(problem, self.objective, self.multipliers)[0]
+
+    def intervals(self, value: float) -> tuple[FloatArray, FloatArray] | None:
+        """Pitch intervals (N,) that hold every profile whose objective is at least ``value`` [rad].
+
+        None when no profile is worth so much.
+        """
+        frame = Frame(DesignProblem(curves=self.curves, limits=self.limits), self.objective)
+        region: Region | None = frame.first()
+        for _ in range(_PASSES):
+            if region is not None:
+                region = tightened(frame, region, value)
+            if region is not None:
+                region = dual_step(frame, region, self.multipliers, value)[1]
+        return None if region is None else (region.lower, region.upper)
 
     # ---- storage -------------------------------------------------------------------------
 
