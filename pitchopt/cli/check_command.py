@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import time
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from pitchopt.cli.options import json_option
 from pitchopt.errors import ComputationError
+
+if TYPE_CHECKING:
+    from pitchopt.design import Certificate
 
 __all__ = ["command"]
 
@@ -38,6 +41,8 @@ def command(**options: Any) -> int:
     Every bound is computed again from the blade curves, the limits and the stored multipliers;
     for a branch and bound the whole tree of regions is gone through.  No solver is called.
     """
+    import numpy as np
+
     from pitchopt.aero.curves import BladeCurves
     from pitchopt.cli.progress import Progress
     from pitchopt.exports import document_text, read_certificates
@@ -59,7 +64,11 @@ def command(**options: Any) -> int:
                     "upper_bound": stored,
                     "upper_bound_checked": bound,
                     "leaves_out": certificate.left_out,
-                    "holds": bool(bound <= stored + _ROUNDING * abs(stored)),
+                    "about": _about(certificate),
+                    "holds": bool(
+                        np.isfinite([bound, stored]).all()
+                        and bound <= stored + _ROUNDING * abs(stored)
+                    ),
                     "seconds": time.perf_counter() - began,
                 }
             )
@@ -73,6 +82,29 @@ def command(**options: Any) -> int:
             f"certificates: the bound of {', '.join(map(str, wrong))} does not come out"
         )
     return 0
+
+
+def _about(certificate: Certificate) -> str:
+    """What is bounded, and for which profiles: the file's own word on it, to be read."""
+    import numpy as np
+
+    objective, limits = certificate.objective, certificate.limits
+    low, high, rate = np.rad2deg([limits.lower, limits.upper, limits.pitch_rate])
+    parts = [
+        f"{objective.torque:g} T - {'/'.join(f'{price:g}' for price in objective.rms)} J",
+        f"pitch {low:g} to {high:g} deg at {rate:g} deg/s and {limits.rotor_speed:g} rad/s",
+    ]
+    if np.isfinite(objective.torque_min) or np.isfinite(objective.torque_max):
+        parts.append(f"mean torque {objective.torque_min:.6g} to {objective.torque_max:.6g} N m")
+    if np.isfinite(objective.blade_cap):
+        parts.append(f"blade RMS at most {objective.blade_cap:.6g} N m")
+    if objective.travel:
+        parts.append(f"travel at {objective.travel:g} N m/rad")
+    if certificate.mean_pitch is not None:
+        parts.append(f"mean pitch {np.rad2deg(certificate.mean_pitch):.4f} deg")
+    if certificate.left_out:
+        parts.append(f"without the restriction to {certificate.left_out}")
+    return ", ".join(parts)
 
 
 def _print(rows: list[dict[str, Any]]) -> None:
@@ -90,4 +122,6 @@ def _print(rows: list[dict[str, Any]]) -> None:
         ]
         for row in rows
     ]
-    click.echo(text_table([header, *body], left=2))
+    click.echo(text_table([header, *body], left=2) + "\n")
+    for row in rows:
+        click.echo(f"{row['label']}: {row['about']}")

@@ -34,6 +34,7 @@ __all__ = [
     "lagrangian_bound",
     "linear_terms",
     "projected",
+    "rounding",
     "station_values",
     "station_weights",
 ]
@@ -119,6 +120,7 @@ def constant_terms(problem: DesignProblem, objective: Objective, mult: Multiplie
     return np.array(terms)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what is not finite proves nothing
 def lagrangian_bound(
     problem: DesignProblem, objective: Objective, mult: Multipliers
 ) -> tuple[float, FloatArray]:
@@ -138,22 +140,33 @@ def lagrangian_bound(
     values : ndarray (N, K)
         The bracket at every breakpoint, for pricing.
     """
+    if not mult.finite:
+        zero = Multipliers.zero(problem.curves.stations, problem.curves.positions)
+        return np.inf, station_values(problem, objective, zero)
     mult = projected(problem, objective, mult)
     values = station_values(problem, objective, mult)
-    maxima = values.max(axis=1)
     constants = constant_terms(problem, objective, mult)
-    bound = float(np.sum(maxima) + np.sum(constants))
-    curves = problem.curves
-    y = station_weights(problem, mult)
-    gain = abs(objective.torque) + mult.torque_min + mult.torque_max
-    largest = problem.largest_loads
-    size = gain / curves.positions * float(np.sum(largest[0]))
-    size += float(np.sum(np.abs(y) * largest))
-    size += float(np.sum(np.abs(linear_terms(problem, objective, mult)) * _reach(problem)))
-    size += float(np.sum(np.abs(constants)))
-    return bound + _ROUNDING * np.sqrt(curves.stations) * size, values
+    bound = float(np.sum(values.max(axis=1)) + np.sum(constants))
+    bound += rounding(problem, objective, mult, constants)
+    return bound if np.isfinite(bound) else np.inf, values
 
 
-def _reach(problem: DesignProblem) -> FloatArray:
+def rounding(
+    problem: DesignProblem, objective: Objective, mult: Multipliers, constants: FloatArray
+) -> float:
+    """By how much the sums of the bound may be off [N m].
+
+    Counted from the magnitudes of all terms before any of them cancel.
+    """
     curves = problem.curves
-    return np.maximum(np.abs(curves.lower), np.abs(curves.upper))
+    n, m = curves.stations, curves.positions
+    reach = np.maximum(np.abs(curves.lower), np.abs(curves.upper))
+    weights = np.empty((5, n))
+    weights[:4] = np.tile(np.abs(mult.loads) + np.abs(mult.box)[:, None] / m, (1, curves.blades))
+    weights[4] = np.abs(mult.blade)
+    weights[0] += (abs(objective.torque) + mult.torque_min + mult.torque_max) / m
+    around = np.roll(reach, 1) + np.roll(reach, -1)
+    largest = problem.largest_loads + np.abs(curves.rates) * around / (2 * curves.spacing)
+    pitch = np.abs(mult.rate) + np.abs(np.roll(mult.rate, 1)) + abs(mult.mean) / n
+    size = float(np.sum(weights * largest) + np.sum(pitch * reach) + np.sum(np.abs(constants)))
+    return float(_ROUNDING * np.sqrt(n) * size)

@@ -45,6 +45,15 @@ class Multipliers:
     box: FloatArray = field(default_factory=lambda: np.zeros(4))
     basis: FloatArray | float = 0.0
 
+    @property
+    def finite(self) -> bool:
+        """True when every number that a bound uses is finite."""
+        arrays = (self.loads, self.blade, self.rate, self.box)
+        single = (self.torque_min, self.torque_max, self.cap, self.mean)
+        return all(bool(np.all(np.isfinite(a))) for a in arrays) and bool(
+            np.all(np.isfinite(single))
+        )
+
     @classmethod
     def zero(cls, stations: int, positions: int) -> Multipliers:
         """No multipliers at all."""

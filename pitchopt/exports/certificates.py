@@ -69,11 +69,14 @@ def read_certificates(path: str | os.PathLike[str]) -> dict[str, Certificate]:
             data = {name: stored[name] for name in stored.files}
         if str(data["format"]) != _FORMAT:
             raise InputError(f"format {str(data['format'])!r}, expected {_FORMAT!r}")
+        labels = [str(label) for label in np.atleast_1d(data["labels"])]
+        if not labels or len(set(labels)) < len(labels):
+            raise InputError(f"labels {labels}, expected at least one and no two alike")
         return {
-            str(label): Certificate.from_arrays(
+            label: Certificate.from_arrays(
                 _part(data, f"{number}/"), _curves(data, f"curves{int(data[f'{number}/curves'])}/")
             )
-            for number, label in enumerate(data["labels"])
+            for number, label in enumerate(labels)
         }
     except Exception as error:  # whatever a broken file does to its readers
         what = f"{type(error).__name__}: {error}"

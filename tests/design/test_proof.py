@@ -29,6 +29,7 @@ from pitchopt.design import (
     Proof,
     ProofSettings,
     check_proof,
+    lagrangian_bound,
     prove,
     relax,
     solve_local,
@@ -335,6 +336,69 @@ class TestCheck:
         broken = replace(proof, parent=parent, value=value, above=above)
         with pytest.raises(InputError, match="proof"):
             check_proof(broken, problem, objective)
+
+    @pytest.mark.parametrize(
+        ("name", "change"),
+        [
+            ("cut", lambda a: np.where(np.arange(a.size) == 0, np.nan, a)),
+            ("cut", lambda a: np.full(a.size, -np.inf)),
+            ("value", lambda a: a * np.nan),
+            ("multipliers", lambda a: a * np.float32(np.nan)),
+            ("multipliers", lambda a: a[:, :-1]),
+            ("multipliers", lambda a: a.astype(float) * 1e300),
+            ("row", lambda a: a + 10**6),
+            ("row", lambda a: a - 7),
+            ("slices", lambda a: a * 0),
+            ("slices", lambda a: a * 0 - 3),
+            ("passes", lambda a: a + 10**9),
+            ("first_step", lambda a: a[::-1]),
+            ("first_step", lambda a: a[:-1]),
+            ("first_step", lambda a: a.astype(float)),
+            ("load", lambda a: np.where(a >= 0, 7, a)),
+            ("station", lambda a: a + 100),
+            ("parent", lambda a: a + 1),
+            ("above", lambda a: a.astype(int)),
+        ],
+    )
+    def test_hostile_numbers_are_refused(self, name: str, change: Any) -> None:
+        problem, objective, proof = self.proven()
+        with pytest.raises(InputError, match="proof"):
+            check_proof(replace(proof, **{name: change(getattr(proof, name))}), problem, objective)
+
+    def test_not_a_number_proves_nothing(self) -> None:
+        """In the steps themselves, whoever calls them."""
+        problem, objective, _, _ = knee_problem(4)
+        frame = Frame(problem, objective)
+        region = frame.first()
+        zero = Multipliers.zero(12, 4)
+        for wrong in (
+            replace(zero, cap=np.nan),
+            replace(zero, rate=np.full(12, np.inf)),
+            replace(zero, box=np.full(4, np.nan)),
+            replace(zero, loads=np.full((4, 4), 1e308), rate=np.full(12, 1e308)),
+        ):
+            bound, left = dual_step(frame, region, wrong, -1e30)
+            assert left is not None and bound > -1e30
+            assert lagrangian_bound(problem, objective, wrong)[0] > 0
+        assert tightened(frame, region, np.nan) is region
+        assert tightened(frame, region, -1e30, slices=0) is region
+
+    def test_peaked_loads_do_not_end_in_a_singular_system(self) -> None:
+        flat = np.zeros((2, 2))
+        curves = type(rotor_curves())(
+            blades=2,
+            azimuth=np.array([0.0, np.pi]),
+            beta=np.tile([-0.1, 0.3], (2, 1)),
+            torque=np.tile([1.0, 3.0], (2, 1)),
+            bending=flat,
+            thrust=flat,
+        )
+        problem = DesignProblem(curves=curves, limits=wide_limits(5.0))
+        frame = Frame(problem, Objective(torque=1.0, rms=(1.0, 1.0, 1.0, 1.0, 0.0)))
+        means = frame.first().means.copy()
+        means[0] = 4.0 - 1e-9, 4.0 + 1e-9
+        left = tightened(frame, replace(frame.first(), means=means), 3.9)
+        assert left is not None and left.contains(np.full(2, 0.1))
 
 
 class TestKernels:

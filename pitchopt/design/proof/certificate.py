@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitchopt.aero.curves import BladeCurves
+from pitchopt.checks import finite_array
 from pitchopt.design.certificate import lagrangian_bound
 from pitchopt.design.limits import PitchLimits
 from pitchopt.design.multipliers import Multipliers
@@ -190,9 +191,9 @@ class Certificate:
             limits=PitchLimits(rotor_speed=speed, pitch_rate=rate, lower=lower, upper=upper),
             curves=curves,
             multipliers=Multipliers(
-                loads=data["loads"],
-                blade=data["blade"],
-                rate=data["rate"],
+                loads=finite_array("loads", data["loads"], shape=(4, curves.positions)),
+                blade=finite_array("blade", data["blade"], shape=(curves.stations,)),
+                rate=finite_array("rate", data["rate"], shape=(curves.stations,)),
                 torque_min=low,
                 torque_max=high,
                 cap=cap,

@@ -18,6 +18,10 @@ __all__ = ["level_hulls", "linear_maxima", "newton_pass", "ranges", "triple_scan
 
 FloatArray = NDArray[np.float64]
 
+_STEEPEST = (
+    1e5  # of a slope times its width over its spread: any rows are valid, these stay solvable
+)
+
 _compiled = nb.njit(cache=True, error_model="numpy")
 
 
@@ -193,7 +197,7 @@ def triple_scan(  # type: ignore[no-untyped-def]
             width = (new_hi[i] - new_lo[i]) / slices
             for s in range(slices):
                 x0 = new_lo[i] + s * width
-                x1 = new_hi[i] if s == slices - 1 else x0 + width
+                x1 = new_hi[i] if s == slices - 1 else new_lo[i] + (s + 1) * width
                 part = _range(beta[i], to_j[i], x0, x1)
                 j0, j1 = _level_hull(
                     beta[j], to_j[j], new_lo[j], new_hi[j], j_low - part[1], j_high - part[0]
@@ -278,20 +282,25 @@ def newton_pass(beta, loads, lo, hi, low, high, pad):  # type: ignore[no-untyped
                     above, below = max(above, off), min(below, off)
                     j += 1
                 spread[q] += above - below
-        normal[:] = 0.0
-        right[:] = 0.0
+        # in units of the widths and of the spreads, so that the system is at least the identity
         for b in range(blades):
             width = max(hi[k + b * m] - lo[k + b * m], 1e-9)
-            normal[b, b] += 1.0 / width**2
             for q in range(4):
+                share = 0.0
                 if spread[q] < 1e200:
-                    weight = 1.0 / max(spread[q], 1e-300) ** 2
-                    if not np.isfinite(weight * slope[q, b] ** 2):
-                        continue
-                    right[b, q] += weight * slope[q, b]
-                    for c in range(blades):
-                        normal[b, c] += weight * slope[q, b] * slope[q, c]
+                    share = slope[q, b] * width / max(spread[q], 1e-200)
+                right[b, q] = min(max(share, -_STEEPEST), _STEEPEST)
+        for b in range(blades):
+            for c in range(blades):
+                normal[b, c] = 1.0 if b == c else 0.0
+                for q in range(4):
+                    normal[b, c] += right[b, q] * right[c, q]
         estimate = np.linalg.solve(normal, right)
+        for b in range(blades):
+            width = max(hi[k + b * m] - lo[k + b * m], 1e-9)
+            for q in range(4):
+                if estimate[b, q] != 0.0:
+                    estimate[b, q] *= width / max(spread[q], 1e-200)
         for b in range(blades):
             n = k + b * m
             top, bottom, size = 0.0, 0.0, 0.0
@@ -315,9 +324,10 @@ def newton_pass(beta, loads, lo, hi, low, high, pad):  # type: ignore[no-untyped
                 top += part[1]
                 bottom += part[0]
                 for q in range(4):
-                    size += abs(estimate[b, q]) * max(
-                        abs(loads[q, o, first]), abs(loads[q, o, last])
-                    )
+                    largest = 0.0
+                    for j in range(first, last + 1):
+                        largest = max(largest, abs(loads[q, o, j]))
+                    size += abs(estimate[b, q]) * largest
             size += abs(hi[n]) + abs(lo[n])
             new_hi[n] = min(new_hi[n], top + pad * size)
             new_lo[n] = max(new_lo[n], bottom - pad * size)

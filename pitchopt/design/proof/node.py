@@ -59,8 +59,12 @@ class Branch:
     value: float
     above: bool
 
-    def taken(self, region: Region) -> Region:
-        """That part of a region."""
+    def taken(self, region: Region) -> Region | None:
+        """That part of a region; None when it has none there."""
+        part = self._part(region)
+        return None if part.empty else part
+
+    def _part(self, region: Region) -> Region:
         if self.load >= 0:
             means = region.means.copy()
             if self.above:
@@ -172,7 +176,7 @@ def bounded(
     solution, because its bound falls with the square of the widths.
     """
     narrow = Step(passes=passes, slices=slices)
-    if not done(frame, node, narrow):
+    if node.region is None or not done(frame, node, narrow):
         return node
     assert node.region is not None
     if node.multipliers is not None and not done(frame, node, Step(multipliers=node.multipliers)):
@@ -279,8 +283,9 @@ def split(frame: Frame, node: Node, cut: float) -> list[Node]:
     for branch in _candidates(frame, node):
         left = 0.0
         for above in (False, True):
-            part = replace(branch, above=above).taken(node.region)
-            small = tightened(frame, part, cut, passes=1, slices=8)
+            small = replace(branch, above=above).taken(node.region)
+            if small is not None:
+                small = tightened(frame, small, cut, passes=1, slices=8)
             left += 0.0 if small is None else small.size
         if best is None or left < best[0]:
             best = left, branch

@@ -187,6 +187,7 @@ def replayed(frame: Frame, proof: Proof) -> Iterator[tuple[Node, int, bool]]:
         raise InputError(
             "proof: made for other curves, limits or prices than those it is checked against"
         )
+    _checked(frame, proof)
     children = _children(proof)
     open_nodes: dict[int, Node] = {}
     for r in range(proof.regions):
@@ -218,6 +219,50 @@ def replayed(frame: Frame, proof: Proof) -> Iterator[tuple[Node, int, bool]]:
             del open_nodes[parent]
 
 
+_MOST_PASSES, _MOST_SLICES = 100, 1024
+
+
+def _checked(frame: Frame, proof: Proof) -> None:
+    """Refuse arrays that are no tree, whatever a file holds."""
+    count, steps = proof.parent.size, proof.row.size
+    whole = {
+        "parent": (proof.parent, count),
+        "load": (proof.load, count),
+        "station": (proof.station, count),
+        "first_step": (proof.first_step, count + 1),
+        "row": (proof.row, steps),
+        "passes": (proof.passes, steps),
+        "slices": (proof.slices, steps),
+    }
+    for name, (numbers, size) in whole.items():
+        if numbers.shape != (size,) or numbers.dtype.kind not in "iu":
+            raise InputError(f"proof: {name} must be {size} whole numbers")
+    for name, array in (("value", proof.value), ("cut", proof.cut)):
+        if array.shape != (count,) or array.dtype.kind != "f" or not np.all(np.isfinite(array)):
+            raise InputError(f"proof: {name} must be {count} finite numbers")
+    if proof.above.shape != (count,) or proof.above.dtype.kind != "b":
+        raise InputError(f"proof: above must be {count} truth values")
+    rows = proof.multipliers
+    if rows.ndim != 2 or rows.dtype != np.float32 or rows.shape[1] != row_width(frame):
+        raise InputError(f"proof: multipliers must be rows of {row_width(frame)} numbers")
+    if not np.all(np.isfinite(rows)):
+        raise InputError("proof: multipliers must be finite")
+    first = proof.first_step
+    if first[0] != 0 or first[-1] != steps or np.any(np.diff(first) < 0):
+        raise InputError("proof: first_step must rise from 0 to the number of steps")
+    tightening = proof.row == _TIGHTEN
+    if np.any(proof.row < _TIGHTEN) or np.any(proof.row >= rows.shape[0]):
+        raise InputError("proof: a step names multipliers that are not there")
+    limits = ((proof.passes, _MOST_PASSES), (proof.slices, _MOST_SLICES))
+    if any(np.any((n[tightening] < 1) | (n[tightening] > most)) for n, most in limits):
+        raise InputError("proof: passes or slices of a step are out of range")
+    load, station = proof.load[1:], proof.station[1:]
+    by_load = (load >= 0) & (load < 4) & (station == -1)
+    by_station = (load == -1) & (station >= 0) & (station < frame.stations)
+    if not np.all(by_load | by_station):
+        raise InputError("proof: a split names neither a load nor a station")
+
+
 def _children(proof: Proof) -> list[list[int]]:
     """Parts of each region, after checking that two parts cover it."""
     count = proof.regions
@@ -235,9 +280,7 @@ def _children(proof: Proof) -> list[list[int]]:
         ok = len(parts) == 2 and {b.above for b in branches} == {False, True}
         if ok:
             a, b = branches
-            ok = (a.load, a.station, a.value) == (b.load, b.station, b.value) and (
-                0 <= a.load < 4 or a.station >= 0
-            )
+            ok = (a.load, a.station, a.value) == (b.load, b.station, b.value)
         if not ok:
             raise InputError("proof: the parts of a region do not cover it")
     return children

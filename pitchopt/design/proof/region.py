@@ -33,7 +33,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from pitchopt.design.certificate import constant_terms, linear_terms, projected, station_weights
+from pitchopt.design.certificate import (
+    constant_terms,
+    linear_terms,
+    projected,
+    rounding,
+    station_weights,
+)
 from pitchopt.design.limits import lipschitz_lower, lipschitz_upper
 from pitchopt.design.multipliers import Multipliers
 from pitchopt.design.problem import DesignProblem, Objective
@@ -73,6 +79,11 @@ class Region:
         return np.asarray(self.upper - self.lower)
 
     @property
+    def empty(self) -> bool:
+        """True when some interval is reversed."""
+        return bool(np.any(self.lower > self.upper) or np.any(self.means[:, 0] > self.means[:, 1]))
+
+    @property
     def size(self) -> float:
         """Sum of the squared widths [rad^2]: what the hull's gap grows with."""
         return float(np.sum(self.widths**2))
@@ -107,7 +118,11 @@ class Frame:
         self.largest = np.max(np.abs(self.loads), axis=2)  # (5, N)
         self.reach = np.maximum(np.abs(curves.lower), np.abs(curves.upper))
         self.lambdas = self.objective.lambdas
-        self.pads = _ROUNDING * self.blades * self.largest[:4].max(axis=1)
+        # pitch-rate terms of a station: its own coefficient times the neighbours' pitch
+        neighbours = np.roll(self.reach, 1) + np.roll(self.reach, -1)
+        turning = np.abs(curves.rates[:4]) * neighbours / (2 * curves.spacing)
+        sizes = self.largest[:4] + turning
+        self.pads = _ROUNDING * self.blades * sizes.max(axis=1)
 
     @cached_property
     def axes(self) -> tuple[FloatArray, FloatArray]:
@@ -236,6 +251,8 @@ def tightened(
     """
     from pitchopt.design.proof import kernels
 
+    if not np.isfinite(cut) or passes < 1 or slices < 1:
+        return region
     step, m = frame.problem.step, frame.positions
     lower, upper, means, rms = region.lower, region.upper, region.means, region.rms
     for _ in range(passes):
@@ -300,6 +317,7 @@ def _within(
     return lipschitz_lower(lower, step), lipschitz_upper(upper, step)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what is not finite proves nothing
 def dual_step(
     frame: Frame, region: Region, mult: Multipliers, cut: float
 ) -> tuple[float, Region | None]:
@@ -321,6 +339,8 @@ def dual_step(
     """
     from pitchopt.design.proof import kernels
 
+    if not mult.finite:
+        return np.inf, region
     mult = frame.prepared(mult)
     coefficients = frame.coefficients(mult)
     maxima = kernels.linear_maxima(
@@ -328,12 +348,10 @@ def dual_step(
     )
     support = np.maximum(mult.box * region.means[:, 0], mult.box * region.means[:, 1])
     constants = np.concatenate([constant_terms(frame.problem, frame.objective, mult), support])
-    size = float(np.sum(np.abs(coefficients[0]) * frame.reach))
-    size += float(np.sum(np.abs(coefficients[1:]) * frame.largest)) + float(
-        np.sum(np.abs(constants))
-    )
-    margin = _ROUNDING * np.sqrt(frame.stations) * size
+    margin = rounding(frame.problem, frame.objective, mult, constants)
     bound = float(np.sum(maxima) + np.sum(constants)) + margin
+    if not np.isfinite(bound):
+        return np.inf, region
     if bound < cut:
         return bound, None
     slack = bound - cut + margin

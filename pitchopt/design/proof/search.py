@@ -176,6 +176,7 @@ def prove(
         If the tree to go on from is about another problem.
     """
     began = time.perf_counter()
+    scale = finite_number("scale", scale, above=0)
     settings = settings or ProofSettings()
     frame = Frame(problem, objective)
     state = _State(frame, profile, scale, settings)
