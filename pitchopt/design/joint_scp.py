@@ -1,4 +1,4 @@
-"""The local solve of a joint problem: the walk of :mod:`pitchopt.design.scp` over all winds.
+"""The local solve of a joint problem: the walk of :mod:`pitchopt.design.walk` over all winds.
 
 The merit is the joint objective on the true curves of every wind, less penalties on broken
 limits.  A cell of the second phase is an interval between neighbouring breakpoints of *all*
@@ -20,9 +20,10 @@ from pitchopt.design.joint import JointMultipliers, JointProblem
 from pitchopt.design.joint_subproblem import JointSolution, solve_joint_subproblem
 from pitchopt.design.restoration import restored
 from pitchopt.design.results import Status
-from pitchopt.design.scp import PENALTY_START, ScpSettings, Walk, reduced_slope
+from pitchopt.design.scp import reduced_slope
 from pitchopt.design.search import Start
 from pitchopt.design.uniform import best_uniform
+from pitchopt.design.walk import PENALTY_START, ScpSettings, Walk
 
 __all__ = ["JointLocal", "best_joint", "joint_rank", "solve_joint"]
 
