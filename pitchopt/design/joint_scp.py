@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitchopt.aero.curves import RotorLoads
+from pitchopt.design.coarse import interpolated, stride
 from pitchopt.design.joint import JointMultipliers, JointProblem
 from pitchopt.design.joint_subproblem import JointSolution, solve_joint_subproblem
 from pitchopt.design.restoration import restored
@@ -30,10 +31,11 @@ __all__ = ["JointLocal", "best_joint", "joint_rank", "solve_joint"]
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
+_FEWEST = 24  # positions that tell starts apart
 _FINISHED = 2  # how many of the rough solutions are finished
 _LEAST_RADIUS = float(np.radians(0.02))  # smaller steps are taken faster on cells
 _FINISH = 3e-7  # share of torque that a set of cells must gain for the walk to go on
-_NEAR = 5e-4  # share of torque by which a rough one may trail the best and still be finished
+_NEAR = 1e-4  # share of torque by which a rough one may trail the best and still be finished
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -244,17 +246,23 @@ def best_joint(
 ) -> JointLocal:
     """Best of the local solutions from several starts.
 
-    They are told apart by rough solves on smoothed curves; the best two are finished on the
-    curves themselves.  With many winds the cells are narrow and many of them gain next to
+    They are told apart by rough solves on smoothed curves, at fewer rotor positions where there
+    are many; the best of them, and the next where it is as good, are finished on the curves
+    themselves.  With many winds the cells are narrow and many of them gain next to
     nothing, so that the walk over them ends sooner than that of one wind.
     """
     full = settings or ScpSettings(least_radius=_LEAST_RADIUS, finish=_FINISH)
     if joint.constant_only:
         return solve_joint(joint, starts[0])
+    step = stride(joint.problems[0].curves.positions, _FEWEST)
+    screened = (joint.thinned(step) if step > 1 else joint).softened
     rough = []
     for start in starts:
-        found = solve_joint(joint.softened, start, settings=full.rough())
-        profile = joint.repaired(found.profile)
+        few = joint.split(start.profile)[:, ::step].ravel()
+        found = solve_joint(
+            screened, Start(label=start.label, profile=few), settings=full.rough()
+        )
+        profile = joint.repaired(interpolated(screened.split(found.profile), step).ravel())
         rough.append((joint_rank(joint, profile), Start(label=start.label, profile=profile)))
     rough.sort(key=lambda one: -one[0])
     near = rough[0][0] - _NEAR * _JointMerit(joint, rough[0][1].profile).scale

@@ -31,7 +31,7 @@ __all__ = ["Team"]
 
 FloatArray = NDArray[np.float64]
 
-_EVERY = 4  # of so many winds one is searched from all starts, the others from its neighbour's
+_EVERY = 12  # of so many winds one is searched from all starts, the others from what is known
 _LARGEST_SHIFT = float(np.radians(5.0))
 _SHIFTS = 21  # shifts that are tried from one wind to the next
 
@@ -101,22 +101,28 @@ class Team:
     def find_own(self) -> None:
         """Each wind's own optimum by the single-wind search.
 
-        Some winds from all starts, the others from their predecessor's optimum and the best
-        constant pitch; then every wind goes on from any other's optimum that suits it better.
+        The first, the last and some winds between from all starts, the others from whichever
+        of those starts and of the optima before suits them best; then every wind goes on from
+        any other's optimum that suits it better.
         """
+        pool: list[FloatArray] = []
         for w, task in enumerate(self.tasks):
-            constant, objective = self.constants[w], self.objectives[w]
+            problem, objective = self.problems[w], self.objectives[w]
             if w % _EVERY == 0 or w == len(self.tasks) - 1:
+                constant = self.constants[w]
                 power = power_max(task, reference=constant)
                 finder = PointFinder(
                     task, constant, power, self.starts, False, self.seed, None, total=1
                 )
                 first = finder.first_starts(objective)
+                pool += [start.profile for start in first]
+                if self.own:
+                    first.append(Start(label="neighbour", profile=self.own[-1]))
+                found = best_local(problem, objective, first).solution
             else:
-                first = [Start(label="best constant", profile=constant.profile)]
-            if self.own:
-                first.append(Start(label="neighbour", profile=self.own[-1]))
-            found = best_local(self.problems[w], objective, first).solution
+                known = [problem.repaired(p) for p in [self.constants[w].profile, *pool, *self.own]]
+                best = max(known, key=lambda profile: self._value(w, profile))  # noqa: B023
+                found = solve_local(problem, objective, best, settings=ScpSettings().finishing())
             self.own.append(found.profile)
             self.targets[w] = self._value(w, found.profile)
             self.tick(self.labels[w])
