@@ -259,9 +259,7 @@ def best_joint(
     rough = []
     for start in starts:
         few = joint.split(start.profile)[:, ::step].ravel()
-        found = solve_joint(
-            screened, Start(label=start.label, profile=few), settings=full.rough()
-        )
+        found = solve_joint(screened, Start(label=start.label, profile=few), settings=full.rough())
         profile = joint.repaired(interpolated(screened.split(found.profile), step).ravel())
         rough.append((joint_rank(joint, profile), Start(label=start.label, profile=profile)))
     rough.sort(key=lambda one: -one[0])

@@ -121,7 +121,7 @@ class Team:
                 found = best_local(problem, objective, first).solution
             else:
                 known = [problem.repaired(p) for p in [self.constants[w].profile, *pool, *self.own]]
-                best = max(known, key=lambda profile: self._value(w, profile))  # noqa: B023
+                best = max(known, key=lambda profile: self._value(w, profile))
                 found = solve_local(problem, objective, best, settings=ScpSettings().finishing())
             self.own.append(found.profile)
             self.targets[w] = self._value(w, found.profile)
