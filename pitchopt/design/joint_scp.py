@@ -32,10 +32,10 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 _FEWEST = 24  # positions that tell starts apart
-_FINISHED = 2  # how many of the rough solutions are finished
+_AGAIN = 3  # how many of them are told apart once more on the curves themselves
 _LEAST_RADIUS = float(np.radians(0.02))  # smaller steps are taken faster on cells
 _FINISH = 3e-7  # share of torque that a set of cells must gain for the walk to go on
-_NEAR = 1e-4  # share of torque by which a rough one may trail the best and still be finished
+_NEAR = 2e-2  # share of torque by which one may trail the best and still be among them
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -247,8 +247,8 @@ def best_joint(
     """Best of the local solutions from several starts.
 
     They are told apart by rough solves on smoothed curves, at fewer rotor positions where there
-    are many; the best of them, and the next where it is as good, are finished on the curves
-    themselves.  With many winds the cells are narrow and many of them gain next to
+    are many, and the best few once more by rough solves on the curves themselves; the best of
+    those is finished.  With many winds the cells are narrow and many of them gain next to
     nothing, so that the walk over them ends sooner than that of one wind.
     """
     full = settings or ScpSettings(least_radius=_LEAST_RADIUS, finish=_FINISH)
@@ -264,12 +264,14 @@ def best_joint(
         rough.append((joint_rank(joint, profile), Start(label=start.label, profile=profile)))
     rough.sort(key=lambda one: -one[0])
     near = rough[0][0] - _NEAR * _JointMerit(joint, rough[0][1].profile).scale
+    again = full.finishing().rough()
     ends = [
-        solve_joint(joint, start, settings=full.finishing())
-        for rank, start in rough[:_FINISHED]
-        if rank >= near
+        solve_joint(joint, start, settings=again) for rank, start in rough[:_AGAIN] if rank >= near
     ]
-    return max(ends, key=lambda found: joint_rank(joint, found.profile))
+    best = max(ends, key=lambda found: joint_rank(joint, found.profile))
+    return solve_joint(
+        joint, Start(label=best.start, profile=best.profile), settings=full.finishing()
+    )
 
 
 def joint_rank(joint: JointProblem, profile: FloatArray) -> float:
