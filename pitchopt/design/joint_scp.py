@@ -32,7 +32,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 _FEWEST = 24  # positions that tell starts apart
-_AGAIN = 3  # how many of them are told apart once more on the curves themselves
+_AGAIN = 2  # how many of them are told apart once more on the curves themselves
 _LEAST_RADIUS = float(np.radians(0.02))  # smaller steps are taken faster on cells
 _FINISH = 3e-7  # share of torque that a set of cells must gain for the walk to go on
 _NEAR = 2e-2  # share of torque by which one may trail the best and still be among them
