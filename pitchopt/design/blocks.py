@@ -141,8 +141,7 @@ class CurveBlock:
         capped = np.isfinite(objective.blade_cap)
         self.loads = [q for q in range(5) if lam[q] > 0 or (q == 4 and capped)]
         self.units = {q: model.unit(q, tight) for q in self.loads}
-        slope = float(np.mean(np.abs(model.slopes[0])))
-        self.torque_unit = max(slope * model.radius, 1e-300)
+        self.torque_unit = model.torque_unit
         with_torque = bool(objective.torque > 0 or np.isfinite(objective.torque_min))
         self.in_segments = with_torque and not (model.affine or curved)
         self._at = profile.pitch + profile.index
@@ -186,7 +185,7 @@ class CurveBlock:
     def unit(self) -> float:
         """Size of what the box can change of the value [N m]."""
         terms = [self.objective.rms[q] * self.units[q] for q in self.loads]
-        return max([self.objective.torque * self.torque_unit, *terms, 1e-300])
+        return max([self.objective.torque * self.torque_unit, *terms]) or 1.0
 
     # ---- rows ------------------------------------------------------------------------------
 

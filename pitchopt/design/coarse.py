@@ -22,9 +22,9 @@ FloatArray = NDArray[np.float64]
 _FEWEST = 60  # positions that still show every load of a rotor passing a tower
 
 
-def stride(positions: int) -> int:
-    """The largest divisor of the positions that leaves 60 of them; 1 when none does."""
-    return max(s for s in range(1, max(positions // _FEWEST, 1) + 1) if positions % s == 0)
+def stride(positions: int, fewest: int = _FEWEST) -> int:
+    """The largest divisor of the positions that leaves so many of them; 1 when none does."""
+    return max(s for s in range(1, max(positions // fewest, 1) + 1) if positions % s == 0)
 
 
 def interpolated(values: FloatArray, step: int) -> FloatArray:

@@ -175,6 +175,13 @@ class JointProblem:
         """One problem for each profile, whose limits and restrictions are the profile's."""
         return tuple(self.problems[self.followers(s)[0]] for s in range(self.count))
 
+    def thinned(self, step: int) -> JointProblem:
+        """The joint problem at every ``step``-th rotor position."""
+        count = self.problems[0].curves.positions // step
+        return replace(
+            self, problems=tuple(p.with_curves(p.curves.thinned(count)) for p in self.problems)
+        )
+
     @cached_property
     def softened(self) -> JointProblem:
         """The joint problem on smoothed curves, to tell starts apart by."""

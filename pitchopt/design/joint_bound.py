@@ -19,7 +19,9 @@ with its kinks at the breakpoints of its own wind, so their sum has its maximum 
 of one of them and the evaluation is exact but for rounding, which is moved outward.
 
 With the dual in this form, good multipliers solve the cone program that minimises UB, its maxima
-replaced by a few breakpoints for each station; the maximisers of the exact UB enter next.  Its
+replaced by a few breakpoints for each station; the maximisers of the exact UB enter next and
+those without a share in the optimum leave.  UB is convex in the multipliers, so that it is also
+tried between the best and the new ones, which calms the swing from round to round.  The program's
 optimum is the value of the convex hull relaxation of all winds together, which is at most the
 sum of their own.
 """
@@ -46,6 +48,10 @@ IntArray = NDArray[np.intp]
 _ROUNDING = 64.0 * np.finfo(np.float64).eps
 _LEAST_STEP = 1e-9  # [rad]
 _FIRST_POINTS = 7  # pitches per station in the first round, evenly spaced
+_MIXED = (1.0, 0.75, 0.5, 0.25)  # shares of the new multipliers that are tried
+_USED = 1e-2  # share of a pitch in the relaxed optimum below which it is left out again
+_ACCURACY = 1e-6  # of the cone program; its multipliers bound at any accuracy
+_LITTLE = 0.02  # of the gap to the value of the profiles; what is not worth another round
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -152,7 +158,6 @@ def joint_bound(
     multipliers: JointMultipliers | None = None,
     rounds: int = 12,
     tolerance: float = 1e-4,
-    work: int = 60_000,
 ) -> JointBound:
     """Bound a joint problem, near the value of its hull relaxation.
 
@@ -161,53 +166,95 @@ def joint_bound(
     joint : JointProblem
         Harmonics are left out (the bound of the wider problem).
     beta : array (S N,)
-        Good profiles; their pitch is among the first points of every station.
+        Good profiles; the breakpoints around them are always among the points.
     multipliers : JointMultipliers, optional
         Those of the last subproblem, none at all by default: a bound by themselves, should the
         cone solver fail.
     rounds : int
         At most this many rounds.
-    work : int
-        Points times winds at which no further round begins.
     tolerance : float
-        Bound less the value of the cone program, as a share of torque, that ends them.
+        Bound less the value of the cone program, as a share of torque, that ends them.  So does
+        a fiftieth of the gap between the bound and the profiles' value.
 
     Returns
     -------
     JointBound
     """
     multipliers = joint.no_multipliers if multipliers is None else multipliers
-    bound, _, _ = joint_lagrangian(joint, multipliers)
+    bound, grid, total = joint_lagrangian(joint, multipliers)
     best = JointBound(upper_bound=bound, multipliers=multipliers, rounds=0, closed=False)
-    grid, last = joint.breakpoints(0.0)
-    rows = np.arange(grid.shape[0])
-    shares = np.linspace(0.0, 1.0, _FIRST_POINTS)
-    first = np.round(shares[None, :] * (last[:, None] + 1)).astype(np.intp)
-    points = np.column_stack([grid[rows[:, None], first], beta])
+    rows, last = np.arange(grid.shape[0]), np.isfinite(total).sum(axis=1) - 1
+    known = joint.total(joint.values(beta))
     scale = max(problem.torque_scale for problem in joint.problems)
+    always = np.zeros(grid.shape, dtype=bool)
+    for share in np.linspace(0.0, 1.0, _FIRST_POINTS):
+        always[rows, np.rint(share * last).astype(np.intp)] = True
+    below = np.clip(np.sum(grid <= beta[:, None], axis=1) - 1, 0, last - 1)
+    always[rows, below] = always[rows, below + 1] = True
+    active = always.copy()
     for count in range(1, rounds + 1):
-        solved = _minimise(joint, points, scale)
+        station, column = np.nonzero(active)
+        solved = _minimise(joint, station, grid[station, column], scale)
         if solved is None:
             break
-        value, mult = solved
-        bound, grid, total = joint_lagrangian(joint, mult)
-        closed = bound - value <= tolerance * scale
-        if bound < best.upper_bound:
-            best = JointBound(upper_bound=bound, multipliers=mult, rounds=count, closed=closed)
-        if closed:
+        value, mult, used = solved
+        active = always.copy()
+        active[station[used > _USED], column[used > _USED]] = True
+        # the bound is convex: between the best multipliers and the new ones it is often lower
+        centre, least = best.multipliers, np.inf
+        maxima: list[IntArray] = []
+        for share in _MIXED if count > 1 else _MIXED[:1]:
+            between = _mixed(centre, mult, share)
+            bound, _, total = joint_lagrangian(joint, between)
+            if bound < least:  # the new ones come first and always bring their maxima
+                least, maxima = bound, [*maxima[:1], total.argmax(axis=1)]
+            if bound < best.upper_bound:
+                best = JointBound(
+                    upper_bound=bound, multipliers=between, rounds=count, closed=False
+                )
+        left = best.upper_bound - value
+        if left <= tolerance * scale:
+            return replace(best, closed=True)
+        if left <= _LITTLE * (best.upper_bound - known):
             break
-        if points.size * len(joint.problems) / joint.count >= work:
-            break
-        at = total.argmax(axis=1)
-        near = [grid[rows, np.clip(at + shift, 0, last + 1)] for shift in (-1, 0, 1)]
-        points = np.column_stack([points, *near])
+        for at in maxima:
+            for shift in (-1, 0, 1):
+                active[rows, np.clip(at + shift, 0, last)] = True
     return best
 
 
+def _mixed(one: JointMultipliers, two: JointMultipliers, share: float) -> JointMultipliers:
+    """Multipliers between two, a share of the second."""
+
+    def mix(a: Any, b: Any) -> Any:
+        return (1.0 - share) * a + share * b
+
+    names = ("loads", "blade", "torque_min", "torque_max", "cap")
+    return JointMultipliers(
+        shares=mix(one.shares, two.shares),
+        winds=tuple(
+            replace(b, **{name: mix(getattr(a, name), getattr(b, name)) for name in names})
+            for a, b in zip(one.winds, two.winds, strict=True)
+        ),
+        rate=mix(one.rate, two.rate),
+        link=mix(one.link, two.link),
+        basis=two.basis,
+    )
+
+
 def _minimise(
-    joint: JointProblem, points: FloatArray, scale: float
-) -> tuple[float, JointMultipliers] | None:
-    """Least UB over multipliers with the maxima taken over some pitches of each station."""
+    joint: JointProblem, station: IntArray, pitch: FloatArray, scale: float
+) -> tuple[float, JointMultipliers, FloatArray] | None:
+    """Least UB over multipliers with the maxima taken over some pitches of each station.
+
+    Returns
+    -------
+    value : float
+        UB with those maxima [N m]; no bound.
+    multipliers : JointMultipliers
+    share : ndarray
+        Of each pitch in the relaxed optimum of its station, 0 to 1.
+    """
     n, count, winds = joint.stations, joint.count, len(joint.problems)
     index = np.arange(count * n)
     program = ConeProgram()
@@ -251,8 +298,6 @@ def _minimise(
             program.nonneg(np.zeros(k_.size), (k_, v + k_, sign), (k_, over + k_, -1.0))
     program.nonneg(np.zeros(index.size), (index, excess + index, -1.0))
     # bracket(beta) - t <= 0 at every point
-    station = np.repeat(index, points.shape[1])
-    pitch = points.ravel()
     row = np.arange(station.size)
     before = station - station % n + (station - 1) % n
     rows: list[tuple[Any, Any, Any]] = [
@@ -268,13 +313,13 @@ def _minimise(
         ]
     rhs = np.zeros(station.size)
     for dual in duals:
-        bracket, fixed, where = dual.entries(points)
+        bracket, fixed, where = dual.entries(station, pitch)
         rows += bracket
         rhs[where] -= fixed
-    program.nonneg(rhs, *rows)
+    brackets = program.nonneg(rhs, *rows)
     for dual in duals:
         dual.cones(program)
-    solution = program.solve()
+    solution = program.solve(tolerance=_ACCURACY)
     if not solution.solved:
         solution = program.solve(reduced=True)
     if not solution.solved:
@@ -293,7 +338,7 @@ def _minimise(
     value = program.value(x) * scale + sum(dual.constant for dual in duals)
     if joint.targets is not None:
         value -= float(joint.targets.mean())
-    return value, mult
+    return value, mult, solution.z[brackets]
 
 
 class _WindDual:
@@ -323,23 +368,25 @@ class _WindDual:
         self.constant = 0.0
 
     def entries(
-        self, points: FloatArray
+        self, station: IntArray, pitch: FloatArray
     ) -> tuple[list[tuple[Any, Any, Any]], FloatArray, IntArray]:
         """Entries of the bracket's rows, what stands in them without a variable, and its rows."""
         curves, objective = self.problem.curves, self.objective
-        n, m, width = curves.stations, curves.positions, points.shape[1]
-        mine = points[self.first : self.first + n]
-        j = curves.segment(mine)
-        rows = np.arange(n)[:, None]
-        loads = curves.loads[:, rows, j] + curves.slopes[:, rows, j] * (mine - curves.beta[rows, j])
+        n, m = curves.stations, curves.positions
+        row = np.flatnonzero((station >= self.first) & (station < self.first + n))
+        station, pitch = station[row] - self.first, pitch[row]
+        count = np.bincount(station, minlength=n)
+        column = np.arange(row.size) - np.repeat(np.cumsum(count) - count, count)
+        padded = np.zeros((n, int(count.max())))
+        padded[station, column] = pitch
+        j = curves.segment(padded)[station, column]
+        slopes = curves.slopes[:, station, j]
+        loads = curves.loads[:, station, j] + slopes * (pitch - curves.beta[station, j])
         # RMS values see no constant: what all stations have is left out
-        centred = loads - loads.mean(axis=(1, 2), keepdims=True)
-        row = self.first * width + np.arange(n * width)
-        station = np.repeat(np.arange(n), width)
+        centred = loads - loads.mean(axis=1, keepdims=True)
         half = 0.5 / curves.spacing
         before, after = (station - 1) % n, (station + 1) % n
-        pitch = mine.ravel()
-        torque = loads[0].ravel() / m
+        torque = loads[0] / m
         if np.any(curves.rates[0]):
             torque = torque + (curves.rates[0][before] - curves.rates[0][after]) * half * pitch / m
         torque = torque / self.scale
@@ -355,7 +402,7 @@ class _WindDual:
         for k in self.loads:
             unit = self.scale * np.sqrt(self.sizes[k])
             at = self.y[k] + station % self.sizes[k]
-            entries.append((row, at, -centred[k].ravel() / unit))
+            entries.append((row, at, -centred[k] / unit))
             if np.any(curves.rates[k]):
                 for other, sign in ((before, -1.0), (after, 1.0)):
                     at = self.y[k] + other % self.sizes[k]

@@ -1,4 +1,4 @@
-"""The local solve of a joint problem: the walk of :mod:`pitchopt.design.scp` over all winds.
+"""The local solve of a joint problem: the walk of :mod:`pitchopt.design.walk` over all winds.
 
 The merit is the joint objective on the true curves of every wind, less penalties on broken
 limits.  A cell of the second phase is an interval between neighbouring breakpoints of *all*
@@ -16,23 +16,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitchopt.aero.curves import RotorLoads
+from pitchopt.design.coarse import interpolated, stride
 from pitchopt.design.joint import JointMultipliers, JointProblem
 from pitchopt.design.joint_subproblem import JointSolution, solve_joint_subproblem
 from pitchopt.design.restoration import restored
 from pitchopt.design.results import Status
-from pitchopt.design.scp import PENALTY_START, ScpSettings, Walk, reduced_slope
+from pitchopt.design.scp import reduced_slope
 from pitchopt.design.search import Start
 from pitchopt.design.uniform import best_uniform
+from pitchopt.design.walk import PENALTY_START, ScpSettings, Walk
 
 __all__ = ["JointLocal", "best_joint", "joint_rank", "solve_joint"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
-_FINISHED = 2  # how many of the rough solutions are finished
+_FEWEST = 24  # positions that tell starts apart
+_AGAIN = 2  # how many of them are told apart once more on the curves themselves
 _LEAST_RADIUS = float(np.radians(0.02))  # smaller steps are taken faster on cells
 _FINISH = 3e-7  # share of torque that a set of cells must gain for the walk to go on
-_NEAR = 5e-4  # share of torque by which a rough one may trail the best and still be finished
+_NEAR = 2e-2  # share of torque by which one may trail the best and still be among them
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -243,26 +246,32 @@ def best_joint(
 ) -> JointLocal:
     """Best of the local solutions from several starts.
 
-    They are told apart by rough solves on smoothed curves; the best two are finished on the
-    curves themselves.  With many winds the cells are narrow and many of them gain next to
+    They are told apart by rough solves on smoothed curves, at fewer rotor positions where there
+    are many, and the best few once more by rough solves on the curves themselves; the best of
+    those is finished.  With many winds the cells are narrow and many of them gain next to
     nothing, so that the walk over them ends sooner than that of one wind.
     """
     full = settings or ScpSettings(least_radius=_LEAST_RADIUS, finish=_FINISH)
     if joint.constant_only:
         return solve_joint(joint, starts[0])
+    step = stride(joint.problems[0].curves.positions, _FEWEST)
+    screened = (joint.thinned(step) if step > 1 else joint).softened
     rough = []
     for start in starts:
-        found = solve_joint(joint.softened, start, settings=full.rough())
-        profile = joint.repaired(found.profile)
+        few = joint.split(start.profile)[:, ::step].ravel()
+        found = solve_joint(screened, Start(label=start.label, profile=few), settings=full.rough())
+        profile = joint.repaired(interpolated(screened.split(found.profile), step).ravel())
         rough.append((joint_rank(joint, profile), Start(label=start.label, profile=profile)))
     rough.sort(key=lambda one: -one[0])
     near = rough[0][0] - _NEAR * _JointMerit(joint, rough[0][1].profile).scale
+    again = full.finishing().rough()
     ends = [
-        solve_joint(joint, start, settings=full.finishing())
-        for rank, start in rough[:_FINISHED]
-        if rank >= near
+        solve_joint(joint, start, settings=again) for rank, start in rough[:_AGAIN] if rank >= near
     ]
-    return max(ends, key=lambda found: joint_rank(joint, found.profile))
+    best = max(ends, key=lambda found: joint_rank(joint, found.profile))
+    return solve_joint(
+        joint, Start(label=best.start, profile=best.profile), settings=full.finishing()
+    )
 
 
 def joint_rank(joint: JointProblem, profile: FloatArray) -> float:

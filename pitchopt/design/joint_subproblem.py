@@ -64,8 +64,9 @@ def solve_joint_subproblem(
     tight, chord : bool, float
         As in :meth:`pitchopt.design.direct.Subproblem.solve`.
     multipliers : JointMultipliers, optional
-        With a chord: the curvature of loads and torque, weighted by these, enters the objective
-        where it is convex, and torque is not modelled by its segments.
+        With a chord: the curvature of the loads, weighted by these, enters the objective where
+        it is convex.  So does that of torque where several winds share a profile, in place of
+        the segments of each, which would be most of the rows.
     """
     low = np.maximum(low, np.concatenate([p.curves.lower for p in joint.leaders]))
     high = np.minimum(high, np.concatenate([p.curves.upper for p in joint.leaders]))
@@ -81,14 +82,16 @@ def solve_joint_subproblem(
     for w, (problem, s) in enumerate(zip(joint.problems, joint.profile_of, strict=True)):
         segments = problem.curves.segment(0.5 * (lows[s] + highs[s])) if on_cells else None
         model = LinearModel(problem, at[s], segments, lows[s], highs[s], chord, radius)
-        curved = model.curvature is not None and multipliers is not None
+        bent = model.curvature is not None and multipliers is not None
+        curved = bent and len(joint.followers(s)) > 1
         block = CurveBlock(
             program, profiles[s], model, joint.objectives[w], tight=tight, curved=curved
         )
-        if curved and multipliers is not None:
-            own = multipliers.winds[w]
-            price = float(multipliers.shares[w]) * joint.objectives[w].torque
-            price += own.torque_min - own.torque_max
+        if bent and multipliers is not None:
+            own, price = multipliers.winds[w], 0.0
+            if curved:
+                price = float(multipliers.shares[w]) * joint.objectives[w].torque
+                price += own.torque_min - own.torque_max
             joint.split(bends)[s] += bend(model, own, price)
         blocks.append(block)
     if np.any(bends):

@@ -27,6 +27,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 _DENSE_REACH = 4  # segments on either side of beta0 that always enter
+_NO_CHANGE = 1e-9  # share of torque below which the box does not change it
 _MAX_LINES = 20  # torque lines per station; farther ones are thinned out
 
 
@@ -76,6 +77,13 @@ class LinearModel:
         down = np.where(before > 1e-9, down, up)
         up = np.where(after > 1e-9, up, down)
         self.curvature = 2.0 * (up - down) / (before + after)
+
+    @property
+    def torque_unit(self) -> float:
+        """What the box can change torque by [N m]; torque itself where pitch does not change it."""
+        change = float(np.mean(np.abs(self.slopes[0]))) * self.radius
+        size = abs(self.torque)
+        return change if change > _NO_CHANGE * size else size or 1.0
 
     def unit(self, load: int, tight: bool) -> float:
         """Size of a load in the box, which scales its cone.

@@ -258,7 +258,7 @@ class ConvexSubproblem:
         """Set every parameter; the unit of the objective [N m]."""
         problem, objective, curves = self.problem, self.objective, self.problem.curves
         r = model.radius
-        unit = max(float(np.mean(np.abs(model.slopes[0]))) * r, 1e-300)
+        unit = model.torque_unit
         self.point.value, self.radius.value = model.point, r
         self.low.value = (model.low - model.point) / r
         self.high.value = (model.high - model.point) / r

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 
 from pitchopt.checks import finite_number
 from pitchopt.design.joint import JointProblem
+from pitchopt.design.scp import ScpSettings
 from pitchopt.design.several_results import Several, WindResult
 from pitchopt.design.task import DesignTask, Progress
 from pitchopt.design.team import Team
@@ -81,12 +82,13 @@ def robust(
     mean = JointProblem.of(problems, objectives, weights=team.weights)
     team.find_own()
     joint = mean
-    found = team.solve(mean, team.own_starts(), 1 if goal == "regret" else team.starts)
+    quick = ScpSettings().rough() if goal == "regret" else None
+    found = team.solve(mean, team.own_starts(), 2 * team.starts, settings=quick)
     if goal == "regret":
         for _ in range(3):
             joint = JointProblem.of(problems, objectives, targets=team.targets.copy())
-            first = [("weighted mean", found.profile), *team.own_starts()]
-            found = team.solve(joint, first, max(team.starts - 1, 1))
+            candidates = [("weighted mean", found.profile), *team.own_starts()]
+            found = team.solve(joint, candidates, 2 * team.starts)
             if not team.improve_own(found.profile[None, :]):
                 break
         # own optima that the last profile raised count in what is reported
@@ -146,7 +148,7 @@ def schedule(
         alike = team.own_starts()
         with contextlib.suppress(InputError):  # the winds' limits may leave nothing in common
             mean = JointProblem.of(team.problems, team.objectives, weights=team.weights)
-            alike.append(("one profile for all", team.solve(mean, alike, team.starts).profile))
+            alike.append(("one profile for all", team.solve(mean, alike, 2 * team.starts).profile))
         first += [(label, np.tile(profile, count)) for label, profile in alike]
     found = team.solve(joint, first, 2 * team.starts)
     rows = np.tile(found.profile, (count, 1)) if shared else joint.split(found.profile)

@@ -31,7 +31,7 @@ __all__ = ["Team"]
 
 FloatArray = NDArray[np.float64]
 
-_EVERY = 4  # of so many winds one is searched from all starts, the others from its neighbour's
+_EVERY = 12  # of so many winds one is searched from all starts, the others from what is known
 _LARGEST_SHIFT = float(np.radians(5.0))
 _SHIFTS = 21  # shifts that are tried from one wind to the next
 
@@ -88,6 +88,7 @@ class Team:
             for price, task, best in zip(self.mu, self.tasks, self.constants, strict=True)
         ]
         self.own: list[FloatArray] = []
+        self.pool: list[Start] = []  # starts of the winds that are searched from all
         self.targets = np.zeros(count)
 
     def tick(self, label: str) -> None:
@@ -101,22 +102,30 @@ class Team:
     def find_own(self) -> None:
         """Each wind's own optimum by the single-wind search.
 
-        Some winds from all starts, the others from their predecessor's optimum and the best
-        constant pitch; then every wind goes on from any other's optimum that suits it better.
+        The first, the last and some winds between from all starts, the others from whichever
+        of those starts and of the optima before suits them best; then every wind goes on from
+        any other's optimum that suits it better.
         """
         for w, task in enumerate(self.tasks):
-            constant, objective = self.constants[w], self.objectives[w]
+            problem, objective = self.problems[w], self.objectives[w]
             if w % _EVERY == 0 or w == len(self.tasks) - 1:
+                constant = self.constants[w]
                 power = power_max(task, reference=constant)
                 finder = PointFinder(
                     task, constant, power, self.starts, False, self.seed, None, total=1
                 )
                 first = finder.first_starts(objective)
+                self.pool += first
+                if self.own:
+                    first.append(Start(label="neighbour", profile=self.own[-1]))
+                found = best_local(problem, objective, first).solution
             else:
-                first = [Start(label="best constant", profile=constant.profile)]
-            if self.own:
-                first.append(Start(label="neighbour", profile=self.own[-1]))
-            found = best_local(self.problems[w], objective, first).solution
+                known = [
+                    problem.repaired(p)
+                    for p in [self.constants[w].profile, *(s.profile for s in self.pool), *self.own]
+                ]
+                best = max(known, key=lambda profile: self._value(w, profile))
+                found = solve_local(problem, objective, best, settings=ScpSettings().finishing())
             self.own.append(found.profile)
             self.targets[w] = self._value(w, found.profile)
             self.tick(self.labels[w])
@@ -153,8 +162,9 @@ class Team:
         return better
 
     def own_starts(self) -> list[tuple[str, FloatArray]]:
-        """Own optima and what they are called."""
-        return [(f"optimum of {name}", p) for name, p in zip(self.labels, self.own, strict=True)]
+        """Own optima, what some of them were searched from, and what they are called."""
+        own = [(f"optimum of {name}", p) for name, p in zip(self.labels, self.own, strict=True)]
+        return own + [(start.label, start.profile) for start in self.pool]
 
     def shifted(self, change: float) -> list[tuple[str, FloatArray]]:
         """For every wind its own optimum, carried on to the others by the best constant shifts.
@@ -181,11 +191,17 @@ class Team:
     # ---- joint -----------------------------------------------------------------------------
 
     def solve(
-        self, joint: JointProblem, starts: list[tuple[str, FloatArray]], count: int
+        self,
+        joint: JointProblem,
+        starts: list[tuple[str, FloatArray]],
+        count: int,
+        *,
+        settings: ScpSettings | None = None,
     ) -> JointLocal:
         """Joint search from so many of the starts, those that the joint objective likes best.
 
-        The result is never worse than the best of the starts, all of them repaired.
+        The result is never worse than the best of the starts, all of them repaired.  Settings
+        are given where it is only a start itself.
         """
         ranked = []
         for label, profile in starts:
@@ -193,7 +209,7 @@ class Team:
             ranked.append((joint_rank(joint, start.profile), start))
         ranked.sort(key=lambda one: -one[0])
         chosen = [start for _, start in ranked[:count]]
-        found = best_joint(joint, chosen)
+        found = best_joint(joint, chosen, settings=settings)
         if ranked[0][0] > joint_rank(joint, found.profile):
             found = solve_joint(joint, chosen[0])
         self.tick("joint design")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -266,6 +267,36 @@ class TestLocalSolve:
         found = solve_joint(joint, Start(label="", profile=start), settings=ScpSettings())
         assert found.values[0] == pytest.approx(single.value, abs=1e-9)
         np.testing.assert_allclose(found.profile, single.profile, atol=1e-9)
+
+    @pytest.mark.parametrize("level", [0.0, 1e5])
+    @pytest.mark.parametrize("limit", [{"torque_min": -1e3}, {"torque_max": 2e6}])
+    @pytest.mark.parametrize("goal", ["weights", "targets"])
+    def test_torque_that_pitch_does_not_change(
+        self, level: float, limit: dict[str, float], goal: str
+    ) -> None:
+        """A wind of constant torque leaves the least loads, and limits it keeps change nothing."""
+        rng = np.random.default_rng(4)
+        curves = turned(random_curves(rng))
+        still = replace(curves, torque=np.full_like(curves.torque, level))
+        limits = PitchLimits(rotor_speed=OMEGA, pitch_rate=0.2)
+        problem = DesignProblem(curves=still, limits=limits)
+        start = Start(label="", profile=random_profile(rng, problem))
+        rms = (1.0, 0.4, 0.2, 0.6, 0.3)
+        found = [
+            solve_joint(
+                JointProblem.of([problem], [objective], **{goal: np.ones(1)}),  # type: ignore[arg-type]
+                start,
+            )
+            for objective in (
+                Objective(torque=1.0, rms=rms),
+                Objective(torque=1.0, rms=rms, **limit),
+            )
+        ]
+        for one in found:
+            assert one.status is Status.CONVERGED, one.message
+            assert one.loads[0].mean[0] == pytest.approx(3 * level, abs=1e-6)
+        scale = max(3 * level, float(np.abs(curves.bending).max()))
+        assert found[1].values[0] == pytest.approx(found[0].values[0], abs=1e-6 * scale)
 
 
 class TestSubproblem:
