@@ -33,6 +33,9 @@ FIGURES = {
         "design": ["cpu_seconds", "cpu_seconds_own_optima", "gap_percent", "largest_regret"],
         "exponent": ["exponent_design", "exponent_joint", "exponent_bound", "exponent_regret"],
     },
+    "proof": {
+        "least RMS for a loss": ["gap_percent", "gap_checked_percent", "gap_hull_percent", "regions"],
+    },
     "random_starts": {
         "point": ["kind", "mu", "gain_percent", "random_kind", "starts", "finished", "cpu_seconds"],
         "flattened optimum": ["applies", "gain_percent", "rms_weighted", "flat_rms_weighted"],
