@@ -285,7 +285,7 @@ def split(frame: Frame, node: Node, cut: float) -> list[Node]:
         for above in (False, True):
             small = replace(branch, above=above).taken(node.region)
             if small is not None:
-                small = tightened(frame, small, cut, passes=1, slices=8)
+                small = tightened(frame, small, cut, passes=1, slices=16)
             left += 0.0 if small is None else small.size
         if best is None or left < best[0]:
             best = left, branch
