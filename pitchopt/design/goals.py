@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike
 
 from pitchopt.checks import FloatArray, finite_array, finite_number, whole_number
 from pitchopt.design.constant_pitch import best_constant, constant_for_torque, constant_set
-from pitchopt.design.points import TORQUE_ALONE, PointFinder, finished
+from pitchopt.design.judged import finished
+from pitchopt.design.points import TORQUE_ALONE, PointFinder
 from pitchopt.design.power import maximise_torque
 from pitchopt.design.problem import Objective
 from pitchopt.design.proof import Certificate, ProofSettings

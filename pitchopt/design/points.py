@@ -1,4 +1,4 @@
-"""Finding points: objectives, starts, sweeps over mu, and the result objects.
+"""Finding points: objectives, starts, sweeps over mu.
 
 One :class:`PointFinder` serves one call; it keeps what the points share: the constant pitch
 compared with, the power maximum, the profiles found so far.  At anchor values of mu the local
@@ -20,18 +20,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitchopt.design.flatten import FlatProfiles
+from pitchopt.design.judged import PRICES, Judge, finished
 from pitchopt.design.power import maximise_torque
-from pitchopt.design.price import supporting_price
 from pitchopt.design.problem import Objective
-from pitchopt.design.proof import Certificate, ProofSettings, ProvenBound, prove
+from pitchopt.design.proof import Certificate, ProofSettings
 from pitchopt.design.relaxation import Relaxation, relax
 from pitchopt.design.results import Design, Status
-from pitchopt.design.scp import solve_local
 from pitchopt.design.search import Found, Start, search, valued
 from pitchopt.design.task import DesignTask, Progress
-from pitchopt.errors import InfeasibleError
 
-__all__ = ["TORQUE_ALONE", "PointFinder", "finished"]
+__all__ = ["TORQUE_ALONE", "PointFinder"]
 
 FloatArray = NDArray[np.float64]
 
@@ -41,9 +39,6 @@ _HANDOVERS = 10  # rounds of handing profiles over, at most
 _CONTENDS = 2e-3  # share by which a profile may trail another and still be solved from
 TORQUE_ALONE = Objective(torque=1.0, rms=(0.0, 0.0, 0.0, 0.0, 0.0))
 _WAVE = np.radians(0.4)
-_PRICES = 8  # tried for a loss
-_RESERVE = 0.1  # of the gap, for small gains that a branch and bound does not end for
-_TOP_PRICE = 100.0  # in torque over RMS; a limit with a higher one counts as not binding
 
 
 @dataclass(eq=False)
@@ -83,6 +78,7 @@ class PointFinder:
         self.starts, self.certify = starts, bool(certify)
         self.proof = certify if isinstance(certify, ProofSettings) else None
         self.resume = resume
+        self.judge = Judge(self)
         self.random = np.random.default_rng(seed)
         self.progress, self.total, self.done = progress, total, 1
 
@@ -400,37 +396,15 @@ class PointFinder:
     def _finished_goal(self, goal: _Goal, began: float, goals: Sequence[_Goal]) -> Design:
         assert goal.found is not None
         if goal.kind == "mu":
-            return self.finish(goal.objective, goal.found, "mu", goal.number, None, began)
-        return self._priced(
-            goal.objective, goal.found, goal.kind, goal.number, began, self._others(goals)
+            return self.judge.finish(goal.objective, goal.found, "mu", goal.number, None, began)
+        return self.judge.priced(
+            goal.objective,
+            goal.found,
+            goal.kind,
+            goal.number,
+            began,
+            self.judge.others([goal.found for goal in goals]),
         )
-
-    def _others(self, goals: Sequence[_Goal]) -> FloatArray:
-        """Mean torque less the price of travel, and weighted RMS, of the profiles known, (P, 2)."""
-        solutions = [goal.found.solution for goal in goals if goal.found is not None]
-        known = [(design.profile, design.loads) for design in (self.reference, self.power)]
-        known += [(s.profile, s.loads) for s in solutions if s.status is not Status.SOLVER_FAILED]
-        weights, most = self.task.weights, self.cap * (1 + 1e-9)
-        rows = [
-            np.array(
-                [
-                    (float(loads.mean[0]) - self._travel(profile), weights.weighted(loads))
-                    for profile, loads in known
-                    if loads.blade_rms <= most
-                ]
-            ).reshape(-1, 2)
-        ]
-        if self.flat is not None:
-            pool = self.flat.pool
-            worth = pool.torque - self.task.travel * pool.travel
-            rows.append(np.stack([worth, weights.array @ pool.rms], axis=1)[pool.rms[4] <= most])
-        return np.concatenate(rows)
-
-    def _travel(self, profile: FloatArray) -> float:
-        """Price of a profile's pitch travel [N m]."""
-        if not self.task.travel:
-            return 0.0
-        return self.task.travel * float(np.abs(np.roll(profile, -1) - profile).sum())
 
     def torque_point(self, torque: float) -> Design:
         """Least weighted RMS at a mean torque held from both sides."""
@@ -450,105 +424,9 @@ class PointFinder:
             starts.append(Start(label=label, profile=self.reference.profile + wave))
         found = self.solve(objective, starts)
         self.tick("mean torque")
-        return self._priced(objective, found, "mean_torque", torque, began)
+        return self.judge.priced(objective, found, "mean_torque", torque, began)
 
-    def _priced(
-        self,
-        objective: Objective,
-        found: Found,
-        kind: str,
-        target: float,
-        began: float,
-        others: FloatArray | None = None,
-    ) -> Design:
-        """A design under a torque limit, with the price that the limit's multiplier implies.
-
-        Where the limit has a multiplier, objective and bound are those of the trade-off at that
-        price, or at one at which no other known profile is better
-        (:mod:`pitchopt.design.price`).  Without one (the limit does not bind, or only through
-        the outer search of a frozen wake) there is no price, mu is NaN, and they are those of the
-        least RMS itself; so they are for a torque held from both sides.
-        """
-        mult = found.solution.multipliers
-        price = mult.torque_min - mult.torque_max
-        top = _TOP_PRICE * self.power.mean_torque / max(self.reference.rms_weighted, 1e-300)
-        mu = 1.0 / price if price > 1.0 / top else np.nan
-        lower = None
-        if self.certify:
-            # of the RMS alone: travel has its price in the design, not in what is bounded
-            bare = replace(objective, travel=0.0)
-            relaxed = self.bound(bare, found.mean_pitch, found.solution.profile)
-            if relaxed is not None:
-                lower = max(0.0, -relaxed.upper_bound)
-        if kind == "max_power_loss" and np.isfinite(mu):
-            assert others is not None
-            result = self._supported(objective, found, target, began, float(mu), others)
-            mu = result.mu
-        else:
-            result = self.finish(objective, found, kind, float(mu), target, began)
-        if lower is not None and result.upper_bound is not None and self.task.travel == 0:
-            # T - mu J <= bound at mean torques of the limit and above
-            if kind == "max_power_loss" and np.isfinite(mu):
-                lower = max(lower, (objective.torque_min - result.upper_bound) / mu)
-            else:
-                lower = max(lower, -result.upper_bound)
-        return replace(result, rms_lower_bound=lower)
-
-    def _supported(
-        self,
-        objective: Objective,
-        found: Found,
-        loss: float,
-        began: float,
-        local: float,
-        others: FloatArray,
-    ) -> Design:
-        """A design for a loss, judged at a price at which no other known profile is better.
-
-        With a branch and bound, rivals are looked for first: local solves at the price, which
-        moves until none is better than the design, or until the price that it falls behind
-        least at is found.  One that the branch and bound still comes upon ends it, and the
-        price moves on.
-        """
-        problem = self.task.problem(found.mean_pitch)
-        rivals: list[FloatArray] = []
-        left = np.inf if self.proof is None else self.proof.seconds
-        for attempt in range(_PRICES):
-            since = time.perf_counter()
-            if self.resume is not None:
-                mu = self._resumed_price(self.resume)
-            else:
-                if self.proof is not None:
-                    found, others = self._against(rivals, objective, found, local, others)
-                mu = self._price(found, local, others)
-            judged = self.tradeoff_objective(mu)
-            relaxed, proven = None, None
-            if self.certify:
-                relaxed = self.bound(judged, found.mean_pitch, found.solution.profile)
-            if relaxed is not None and self.proof is not None:
-                last = attempt == _PRICES - 1 or self.resume is not None
-                known = [found.solution.profile, *rivals]
-                best = max(known, key=lambda profile: problem.value(profile, judged))
-                reserve = 0.0 if last else _RESERVE
-                proven = self._proven(judged, found, relaxed, left, best=best, reserve=reserve)
-                left = max(left - (time.perf_counter() - since), 0.0)
-            if proven is None or proven.ended != "better profile":
-                break
-            rivals.append(proven.profile)
-            others = np.vstack([others, self._place(found, proven.profile)])
-            found = self._continued(objective, found, proven.profile)
-        return finished(
-            self.task, judged, found, "max_power_loss", mu, loss, began, relaxed,
-            self.power.mean_torque, proven,
-        )  # fmt: skip
-
-    def _resumed_price(self, certificate: Certificate) -> float:
-        """The price in the objective of an earlier proof."""
-        weights = self.task.weights.array
-        heaviest = int(np.argmax(weights))
-        return certificate.objective.rms[heaviest] / (float(weights[heaviest]) or 1.0)
-
-    def _against(
+    def against(
         self,
         rivals: list[FloatArray],
         objective: Objective,
@@ -558,8 +436,8 @@ class PointFinder:
     ) -> tuple[Found, FloatArray]:
         """Local solves at the price of a design, which moves as long as they find new rivals."""
         problem = self.task.problem(found.mean_pitch)
-        for _ in range(_PRICES):
-            mu = self._price(found, local, others)
+        for _ in range(PRICES):
+            mu = self.judge.price(found, local, others)
             goal = _Goal("mu", mu, self.tradeoff_objective(mu))
             own = found.solution.profile
             near = [Start(label="own", profile=own)]
@@ -572,167 +450,6 @@ class PointFinder:
             if self.task.frozen or values[0] <= max(values[1:]) + _CLOSE * self.power.mean_torque:
                 break
             rivals.append(best)
-            others = np.vstack([others, self._place(found, best)])
-            found = self._continued(objective, found, best)
+            others = np.vstack([others, self.judge.place(found, best)])
+            found = self.judge.continued(objective, found, best)
         return found, others
-
-    def _place(self, found: Found, profile: FloatArray) -> tuple[float, float]:
-        """Mean torque less the price of travel, and weighted RMS, of a profile."""
-        loads = self.task.problem(found.mean_pitch).curves.evaluate(profile)
-        worth = float(loads.mean[0]) - self._travel(profile)
-        return worth, self.task.weights.weighted(loads)
-
-    def _price(self, found: Found, local: float, others: FloatArray) -> float:
-        """The price that a design for a loss is judged at."""
-        if self.task.frozen:  # profiles of other means are no rivals: bounds are for one mean
-            return local
-        return supporting_price(*self._place(found, found.solution.profile), others, local)
-
-    def finish(
-        self,
-        objective: Objective,
-        found: Found,
-        kind: str,
-        mu: float,
-        target: float | None,
-        began: float,
-    ) -> Design:
-        """The result object, bounded if wanted."""
-        relaxed, proven = None, None
-        if self.certify:
-            relaxed = self.bound(objective, found.mean_pitch, found.solution.profile)
-        if relaxed is not None and self.proof is not None:
-            proven = self._proven(objective, found, relaxed, self.proof.seconds)
-            if proven is not None and proven.improved:
-                found = self._continued(objective, found, proven.profile)
-        return finished(
-            self.task,
-            objective,
-            found,
-            kind,
-            mu,
-            target,
-            began,
-            relaxed,
-            self.power.mean_torque,
-            proven,
-        )
-
-    def _proven(
-        self,
-        objective: Objective,
-        found: Found,
-        relaxed: Relaxation,
-        seconds: float,
-        *,
-        best: FloatArray | None = None,
-        reserve: float = 0.0,
-    ) -> ProvenBound | None:
-        """Branch and bound, where the hull relaxation leaves a larger gap than wanted.
-
-        ``best`` is a profile that is known to be better by the objective than the design.  With a
-        ``reserve``, a share of the gap, it ends when it finds one better than that by so much.
-        """
-        assert self.proof is not None
-        problem, profile = self.task.problem(found.mean_pitch), found.solution.profile
-        scale = self.power.mean_torque
-        if objective.torque == 0:  # then nothing is worth torque: the RMS measures itself
-            scale = self.task.weights.weighted(found.solution.loads)
-        value = problem.value(profile, objective)
-        room = max(relaxed.upper_bound - value, 0.0)
-        if scale <= 0 or (self.resume is None and room <= self.proof.gap * scale):
-            return None
-        best = profile if best is None else best
-        behind = (problem.value(best, objective) - value) / scale
-        gap = self.proof.gap
-        settings = replace(
-            self.proof, seconds=seconds, gap=max((1.0 - reserve) * gap - behind, 0.1 * gap)
-        )
-
-        def tell(gap: float, regions: int, still_open: int) -> None:
-            if self.progress is not None:
-                label = f"gap {100 * gap:.2f} %, {still_open} of {regions} regions open"
-                self.progress(self.done, self.total, label)
-
-        return prove(
-            problem,
-            objective,
-            best,
-            scale=scale,
-            multipliers=relaxed.multipliers,
-            settings=settings,
-            enough=reserve * gap * scale if reserve else np.inf,
-            resume=None if self.resume is None else self.resume.proof,
-            progress=tell,
-        )
-
-    def _continued(self, objective: Objective, found: Found, profile: FloatArray) -> Found:
-        """The better of a design and the local optimum from a profile of the branch and bound."""
-        problem = self.task.problem(found.mean_pitch)
-        solution = solve_local(problem, objective, profile)
-        own = valued(problem, objective, found.solution.profile)
-        if valued(problem, objective, solution.profile) <= own:
-            return found
-        return replace(
-            found,
-            solution=solution,
-            start="branch and bound",
-            iterations=found.iterations + solution.iterations,
-        )
-
-
-def finished(
-    task: DesignTask,
-    objective: Objective,
-    found: Found,
-    kind: str,
-    mu: float,
-    target: float | None,
-    began: float,
-    relaxed: Relaxation | None,
-    scale: float | None = None,
-    proven: ProvenBound | None = None,
-) -> Design:
-    """Result object of a profile that was found.
-
-    Raises
-    ------
-    InfeasibleError
-        If a mean torque was to be held and no profile holds it.
-    """
-    problem, solution = task.problem(found.mean_pitch), found.solution
-    if solution.status is Status.INFEASIBLE and kind == "mean_torque":
-        raise InfeasibleError(f"{kind}: {solution.message}")
-    between = task.between(solution.profile, found.mean_pitch)
-    value = problem.value(solution.profile, objective)
-    bound, certificate = None, None
-    if relaxed is not None:
-        bound = relaxed.upper_bound
-        tree = None
-        if proven is not None and proven.upper_bound <= bound:
-            bound, tree = proven.upper_bound, proven.proof
-        certificate = Certificate.of(problem, objective, bound, relaxed.multipliers, tree)
-    return Design(
-        kind=kind,
-        mu=mu,
-        target=target,
-        azimuth=problem.curves.azimuth,
-        profile=solution.profile,
-        loads=solution.loads,
-        between=between,
-        rms_weighted=task.weights.weighted(solution.loads),
-        rms_weighted_between=None if between is None else task.weights.weighted(between),
-        objective=value,
-        upper_bound=bound,
-        gap=None if bound is None or scale is None else (bound - value) / scale,
-        rms_lower_bound=None,
-        certificate=certificate,
-        proof_ended="" if proven is None else proven.ended,
-        mean_pitch=found.mean_pitch,
-        status=solution.status,
-        message=solution.message,
-        start=found.start,
-        iterations=found.iterations,
-        seconds=time.perf_counter() - began,
-        history=solution.history,
-    )
