@@ -34,7 +34,12 @@ FIGURES = {
         "exponent": ["exponent_design", "exponent_joint", "exponent_bound", "exponent_regret"],
     },
     "proof": {
-        "least RMS for a loss": ["gap_percent", "gap_checked_percent", "gap_hull_percent", "regions"],
+        "least RMS for a loss": [
+            "gap_percent",
+            "gap_checked_percent",
+            "gap_hull_percent",
+            "regions",
+        ],
     },
     "random_starts": {
         "point": ["kind", "mu", "gain_percent", "random_kind", "starts", "finished", "cpu_seconds"],
