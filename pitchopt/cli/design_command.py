@@ -163,7 +163,8 @@ def _rated_torque(case: Case) -> float:
 @click.option(
     "--resume",
     metavar="FILE",
-    help="Go on from the proof in this certificates.npz of the same design.",
+    help="Go on from the proof in this certificates.npz of the same design; one made for a larger "
+    "gap cannot lead to a smaller one, and is made anew.",
 )
 @click.option("--no-plots", is_flag=True, help="Leave out the pictures.")
 @output_options

@@ -16,6 +16,7 @@ from pitchopt.design.proof import (
     ProvenBound,
     check_proof,
     prove,
+    prove_in_stages,
 )
 from pitchopt.design.relaxation import Relaxation, relax
 from pitchopt.design.results import Compared, Design, LocalSolution, Status, Tradeoff
@@ -56,6 +57,7 @@ __all__ = [
     "lagrangian_bound",
     "power_max",
     "prove",
+    "prove_in_stages",
     "relax",
     "robust",
     "schedule",

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from pitchopt.design.price import supporting_price
 from pitchopt.design.problem import Objective
-from pitchopt.design.proof import Certificate, ProvenBound, prove
+from pitchopt.design.proof import FIRST_GAP, Certificate, ProvenBound, prove_in_stages
 from pitchopt.design.relaxation import Relaxation
 from pitchopt.design.results import Design, Status
 from pitchopt.design.scp import solve_local
@@ -252,14 +252,14 @@ class Judge:
                 label = f"gap {100 * gap:.2f} %, {still_open} of {regions} regions open"
                 self.finder.progress(self.finder.done, self.finder.total, label)
 
-        return prove(
+        return prove_in_stages(
             problem,
             objective,
             best,
             scale=scale,
             multipliers=relaxed.multipliers,
             settings=settings,
-            enough=reserve * gap * scale if reserve else np.inf,
+            enough=reserve * max(gap, FIRST_GAP) * scale if reserve else np.inf,
             resume=None if self.finder.resume is None else self.finder.resume.proof,
             progress=tell,
         )

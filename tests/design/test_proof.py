@@ -31,6 +31,7 @@ from pitchopt.design import (
     check_proof,
     lagrangian_bound,
     prove,
+    prove_in_stages,
     relax,
     solve_local,
 )
@@ -231,6 +232,22 @@ class TestSearch:
         assert second.upper_bound <= first.upper_bound
         assert check_proof(second.proof, problem, objective) == pytest.approx(
             second.upper_bound, rel=1e-12
+        )
+
+    def test_a_small_gap_comes_after_a_proof_of_one_per_cent(self) -> None:
+        problem, objective, start, scale = knee_problem(4)
+        kept = prove_in_stages(
+            problem, objective, start, scale=scale,
+            settings=ProofSettings(gap=1e-6, seconds=120.0, regions=600),
+        )  # fmt: skip
+        assert kept.ended == "region limit"
+        assert kept.gap <= 0.009  # the second search alone is not that far by then
+        alone = prove(
+            problem, objective, start, scale=scale, settings=ProofSettings(gap=1e-6, regions=600)
+        )
+        assert kept.upper_bound <= alone.upper_bound + 1e-12 * scale
+        assert check_proof(kept.proof, problem, objective) == pytest.approx(
+            kept.upper_bound, rel=1e-12
         )
 
     def test_time_limit(self) -> None:
