@@ -5,7 +5,8 @@ interval [lo_n, hi_n] its extremes stand on breakpoints inside or on the interva
 that every range, maximum and level set here is exact but for rounding, which the callers
 cover by moving levels outward.
 
-The module is imported where it is used, not at the top: numba takes a while to load.
+The module is imported where it is used, not at the top: numba takes a while to load.  The
+functions are untyped for the type checker because numba infers the types of its own.
 """
 
 from __future__ import annotations
