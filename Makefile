@@ -54,7 +54,7 @@ bench: $(MARK)-bench
 
 clean:
 	rm -rf $(VENV) build dist $(OUT) .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
-	find pitchopt windfield tests -name __pycache__ -type d -prune -exec rm -rf {} +
+	find ilc pitchopt windfield tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 check-python:
 	@test -n "$(PYTHON)" || { \

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+import ilc
 import pitchopt
 import windfield
 
@@ -27,14 +28,14 @@ def loaded_after(statement: str) -> set[str]:
 
 
 def public_modules() -> list[str]:
-    names = ["pitchopt", "windfield"]
-    for package in (pitchopt, windfield):
+    names = ["ilc", "pitchopt", "windfield"]
+    for package in (ilc, pitchopt, windfield):
         found = pkgutil.walk_packages(package.__path__, package.__name__ + ".")
         names.extend(module.name for module in found if "._" not in module.name)
     return names
 
 
-@pytest.mark.parametrize("package", ["pitchopt", "windfield"])
+@pytest.mark.parametrize("package", ["ilc", "pitchopt", "windfield"])
 def test_import_loads_nothing_heavy(package):
     loaded = loaded_after(f"import {package}")
     assert package in loaded
