@@ -5,6 +5,7 @@ The package stands alone: that it cannot import a model is the proof that it lea
 
 from __future__ import annotations
 
+from ilc.adaptive import AdaptiveLearner
 from ilc.errors import LearningError, StateError
 from ilc.fixed import FixedLearner
 from ilc.layout import Layout
@@ -16,6 +17,7 @@ from ilc.storage import load_state, save_state
 __all__ = [
     "LOADS",
     "ActuatorLimits",
+    "AdaptiveLearner",
     "FixedLearner",
     "Layout",
     "Learner",

@@ -160,6 +160,7 @@ class Learner(ABC):
         if value != self._setpoint:
             self._setpoint = value
             self._guard.forget()
+            self._setpoint_changed()
 
     def tell(self, loads: ArrayLike) -> None:
         """Take in the loads of the passage made with :attr:`profile`, and move on.
@@ -211,6 +212,9 @@ class Learner(ABC):
     @abstractmethod
     def _learn(self, samples: Samples) -> FloatArray:
         """The profile wished for the next passage, (V,)."""
+
+    def _setpoint_changed(self) -> None:  # noqa: B027  nothing to do unless a learner says so
+        """The set-point is another one now."""
 
     @abstractmethod
     def _slow_down(self) -> None:
