@@ -17,18 +17,40 @@ once a rotation: mean <- (1 - q) mean + q measured.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ilc._checks import FloatArray, array_of, number
 from ilc.errors import LearningError
+from ilc.layout import Layout
 from ilc.learner import Learner, Samples, State
 
-__all__ = ["FixedLearner", "affine_fit", "gains"]
+__all__ = ["AffineFit", "FixedLearner", "affine_fit", "filled", "gains"]
+
+_SPREAD = 0.2  # least singular value of the pitches tried, in units of the largest move
 
 
-def affine_fit(pitch: FloatArray, loads: FloatArray) -> tuple[FloatArray, FloatArray]:
+class AffineFit(NamedTuple):
+    """What the loads answer to pitch.
+
+    Attributes
+    ----------
+    offset : ndarray (4, P)
+        y_0; the mean where D is not known, NaN where nothing was measured.
+    jacobian : ndarray (P, 4, B)
+        D [load/rad]; zero where it is not known.
+    known : ndarray (P, 4) of bool
+        Where enough was measured to tell D.
+    """
+
+    offset: FloatArray
+    jacobian: FloatArray
+    known: NDArray[np.bool_]
+
+
+def affine_fit(pitch: FloatArray, loads: FloatArray) -> AffineFit:
     """Least-squares fit of y ~ y_0 + D (beta - beta_0) at every rotor position.
 
     Parameters
@@ -37,29 +59,47 @@ def affine_fit(pitch: FloatArray, loads: FloatArray) -> tuple[FloatArray, FloatA
         Pitches applied [rad]; beta_0 is the first.
     loads : ndarray (E, 4, P)
         Loads measured; NaN is left out.
-
-    Returns
-    -------
-    offset : ndarray (4, P)
-        y_0.
-    jacobian : ndarray (P, 4, B)
-        D [load/rad]; zero for a load that was measured too seldom to tell.
     """
     count, positions, blades = pitch.shape
-    offset = np.zeros((4, positions))
+    offset = np.full((4, positions), np.nan)
     jacobian = np.zeros((positions, 4, blades))
-    ones = np.ones((count, 1))
+    known = np.zeros((positions, 4), dtype=bool)
     for k in range(positions):
-        regressors = np.hstack([ones, pitch[:, k] - pitch[0, k]])
+        moves = pitch[:, k] - pitch[0, k]
+        regressors = np.hstack([np.ones((count, 1)), moves])
+        size = np.nanmax(np.abs(moves)) if np.isfinite(moves).any() else 0.0
         for load in range(4):
-            good = np.isfinite(loads[:, load, k]) & np.isfinite(regressors).all(axis=1)
-            if good.sum() < 1 + blades:
-                offset[load, k] = np.nanmean(loads[:, load, k]) if good.any() else 0.0
+            good = np.isfinite(loads[:, load, k]) & np.isfinite(moves).all(axis=1)
+            if not good.any():
                 continue
-            fit = np.linalg.lstsq(regressors[good], loads[good, load, k], rcond=None)[0]
-            offset[load, k] = fit[0]
-            jacobian[k, load] = fit[1:]
-    return offset, jacobian
+            fit, _, _, singular = np.linalg.lstsq(
+                regressors[good], loads[good, load, k], rcond=None
+            )
+            known[k, load] = singular.size > blades and singular[-1] > _SPREAD * size
+            offset[load, k] = fit[0] if known[k, load] else loads[good, load, k].mean()
+            if known[k, load]:
+                jacobian[k, load] = fit[1:]
+    return AffineFit(offset=offset, jacobian=jacobian, known=known)
+
+
+def filled(layout: Layout, fit: AffineFit) -> FloatArray:
+    """Jacobian (P, 4, B) with what is not known taken from the nearest stations where it is.
+
+    What a blade does to a load varies smoothly from station to station, so it is interpolated along
+    each profile; zero for a load that is known nowhere.
+    """
+    chains = layout.variables // layout.stations
+    at = np.arange(layout.stations)
+    out = np.zeros(fit.jacobian.shape)
+    for load in range(4):
+        values, known = np.zeros(layout.variables), np.zeros(layout.variables, dtype=bool)
+        values[layout.index] = fit.jacobian[:, load]
+        known[layout.index] = fit.known[:, load, None]
+        for row, good in zip(values.reshape(chains, -1), known.reshape(chains, -1), strict=True):
+            if good.any():
+                row[:] = np.interp(at, at[good], row[good], period=layout.stations)
+        out[:, load] = values[layout.index]
+    return out
 
 
 def gains(jacobian: FloatArray, weights: FloatArray, damping: float) -> FloatArray:
@@ -123,19 +163,22 @@ class FixedLearner(Learner):
         self._share = 1.0  # of the learning rate, halved when loads grew
 
     def _identify(self, pitch: FloatArray, loads: FloatArray) -> None:
-        offset, self.jacobian = affine_fit(pitch, loads)
+        fit = affine_fit(pitch, loads)
+        self.jacobian = filled(self.layout, fit)
+        missing = int((~fit.known).any(axis=1).sum())
+        if missing:
+            self._say(f"slopes at {missing} positions taken from their neighbours")
         if not np.any(self.jacobian):
             raise LearningError("experiment: the loads did not answer the pitch at any position")
         self.gain = gains(self.jacobian, self.weights, self.damping)
-        self._means = offset.mean(axis=1)
+        self._means = np.nanmean(fit.offset, axis=1)
 
     def _learn(self, samples: Samples) -> FloatArray:
         means = self._means.copy()
         means[0] = self.setpoint
         errors = self.weights[:, None] * (samples.loads - means[:, None])
-        whole = np.isfinite(errors).all(axis=0)  # a position with a missing load keeps its pitch
-        change = np.zeros((samples.rows.size, self.layout.blades))
-        change[whole] = np.einsum("kbl,lk->kb", self.gain[samples.rows[whole]], errors[:, whole])
+        change = (self.gain[samples.rows] @ errors.T[:, :, None])[:, :, 0]
+        change[np.isnan(change).any(axis=1)] = 0.0  # where a load is missing the pitch is kept
         wish = self._now.copy()
         wish[self.layout.index[samples.rows]] -= self._share * self.learning_rate * change
         self._update_means(samples.loads)

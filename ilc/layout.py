@@ -83,19 +83,28 @@ class Layout:
         turn = 2 * np.pi * np.arange(self.stations) / self.stations
         return np.tile(turn, self.blades) if self.separate else turn
 
-    def rows(self, number: int) -> slice:
-        """Tracked positions that passage `number` meets, in order."""
-        first = (number % self.dwell) * self.positions
-        return slice(first, first + self.positions)
+    @cached_property
+    def _visits(self) -> list[tuple[IntArray, IntArray]]:
+        rows = np.split(np.arange(self.tracked), self.dwell)
+        return [(row, self.index[row]) for row in rows]
 
-    def entries(self, number: int) -> IntArray:
-        """Variables with which passage `number` begins, one for each blade."""
-        return np.asarray(self.index[self.rows(number).start])
+    def visit(self, number: int) -> tuple[IntArray, IntArray]:
+        """What passage `number` meets: tracked positions (m,) in order, their variables (m, B)."""
+        return self._visits[number % self.dwell]
 
-    def neighbours(self, variables: FloatArray, shift: int) -> FloatArray:
-        """Every variable's neighbour, `shift` stations ahead on its own profile."""
-        chains = np.reshape(variables, (-1, self.stations))
-        return np.roll(chains, -shift, axis=1).reshape(-1)
+    @cached_property
+    def ahead(self) -> IntArray:
+        """The variable of the next station on the same profile, (V,)."""
+        return self._rolled(-1)
+
+    @cached_property
+    def behind(self) -> IntArray:
+        """The variable of the station before on the same profile, (V,)."""
+        return self._rolled(1)
+
+    def _rolled(self, shift: int) -> IntArray:
+        chains = np.arange(self.variables).reshape(-1, self.stations)
+        return np.asarray(np.roll(chains, shift, axis=1).reshape(-1))
 
     def profile(self, variables: FloatArray) -> FloatArray:
         """The profile as plants take it, (N,) or (B, N)."""

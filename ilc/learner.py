@@ -31,6 +31,7 @@ State = dict[str, np.ndarray]
 """What a learner knows, as arrays that one NPZ file holds."""
 
 _LEAST_SHARE = 0.5  # of the samples of a passage
+_ABSURD = 1e30  # no load of any rotor; its square is still a number
 
 
 class Samples(NamedTuple):
@@ -56,7 +57,11 @@ def ac_load(loads: FloatArray, weights: FloatArray) -> float:
 
     NaN if a load has no finite sample.
     """
-    if not np.isfinite(loads).any(axis=1).all():
+    finite = np.isfinite(loads)
+    if finite.all():
+        apart = loads - loads.mean(axis=1, keepdims=True)
+        return float(weights @ np.sqrt(np.einsum("ls,ls->l", apart, apart) / loads.shape[1]))
+    if not finite.any(axis=1).all():
         return float("nan")
     return float(weights @ np.nanstd(loads, axis=1))
 
@@ -168,7 +173,8 @@ class Learner(ABC):
         Parameters
         ----------
         loads : array (4, m)
-            Torque, tilt, yaw [N m] and thrust [N]; anything not finite counts as missing.
+            Torque, tilt, yaw [N m] and thrust [N]; anything not finite, or of 1e30 and more,
+            counts as missing.
 
         Raises
         ------
@@ -177,9 +183,12 @@ class Learner(ABC):
         """
         layout = self.layout
         given = array_of("loads", loads, (4, layout.positions), finite=False)
-        given[~np.isfinite(given)] = np.nan
+        finite = np.abs(given) < _ABSURD
+        enough = bool(finite.all())
+        if not enough:
+            given[~finite] = np.nan
+            enough = bool(finite.mean() >= _LEAST_SHARE)
         samples = self._aligned(given)
-        enough = np.isfinite(samples.loads).mean() >= _LEAST_SHARE
         if not enough:
             self._say("too few samples: profile kept")
         wish = self._now
@@ -240,12 +249,12 @@ class Learner(ABC):
     def _aligned(self, loads: FloatArray) -> Samples:
         """Samples with the positions and the pitches that they belong to, the delay undone."""
         layout, m, lag = self.layout, self.layout.positions, self.delay
-        here = np.arange(layout.tracked)[layout.rows(self.passages)]
-        rows, pitch = here, self._now[layout.index[here]]
+        rows, index = layout.visit(self.passages)
+        pitch = self._now[index]
         if lag:
-            past = np.arange(layout.tracked)[layout.rows(self.passages - 1)]
+            past, before = layout.visit(self.passages - 1)
             rows = np.concatenate([past[m - lag :], rows[: m - lag]])
-            pitch = np.concatenate([self._before[layout.index[past[m - lag :]]], pitch[: m - lag]])
+            pitch = np.concatenate([self._before[before[m - lag :]], pitch[: m - lag]])
         return Samples(rows=rows, pitch=pitch, loads=loads)
 
     def _watched(self, wish: FloatArray, samples: Samples) -> FloatArray:

@@ -74,8 +74,8 @@ class ActuatorLimits:
         """
         low = np.full(layout.variables, self.lower)
         high = np.full(layout.variables, self.upper)
-        entry = layout.entries(passage)
-        before = layout.neighbours(current, -1)[entry]
+        entry = layout.visit(passage)[1][0]
+        before = current[layout.behind[entry]]
         low[entry] = np.maximum(low[entry], before - self.step)
         high[entry] = np.minimum(high[entry], before + self.step)
         return low, high
@@ -87,20 +87,26 @@ class ActuatorLimits:
 
         Nearest in the largest change of one pitch; `current` is the profile of the passage before.
         """
-        low, high = (
-            bound.reshape(-1, layout.stations) for bound in self.bounds(layout, current, passage)
-        )
-        wanted = np.clip(wish, self.lower, self.upper).reshape(low.shape)
-        middle = 0.5 * (_above(wanted, self.step) - _above(-wanted, self.step))
-        kept = np.clip(middle, _above(low, self.step), -_above(-high, self.step))
-        return np.asarray(kept.reshape(-1))
+        bounds = self.bounds(layout, current, passage)
+        if (
+            (wish >= bounds[0]).all()
+            and (wish <= bounds[1]).all()
+            and (np.abs(wish[layout.ahead] - wish) <= self.step).all()
+        ):
+            return wish
+        low, high = bounds
+        wanted = np.clip(wish, self.lower, self.upper)
+        rows = np.stack([wanted, -wanted, low, -high]).reshape(-1, layout.stations)
+        above, below, lowest, highest = _above(rows, self.step).reshape(4, -1)
+        middle = 0.5 * (above - below)
+        return np.asarray(np.minimum(np.maximum(middle, lowest), -highest))
 
     def violation(
         self, layout: Layout, profile: FloatArray, before: FloatArray, passage: int
     ) -> float:
         """Largest violation of any limit by `profile` in `passage` [rad]; 0 or less is allowed."""
         low, high = self.bounds(layout, before, passage)
-        step = np.abs(layout.neighbours(profile, 1) - profile).max() - self.step
+        step = np.abs(profile[layout.ahead] - profile).max() - self.step
         return float(max((low - profile).max(), (profile - high).max(), step))
 
 

@@ -91,12 +91,6 @@ class StepProgram:
         return place
 
     @cached_property
-    def _next(self) -> IntArray:
-        """The following station's variable, (V,)."""
-        order = np.arange(self.layout.variables, dtype=np.float64)
-        return self.layout.neighbours(order, 1).astype(np.intp)
-
-    @cached_property
     def _band(self) -> tuple[int, IntArray, IntArray, IntArray, IntArray]:
         """Width of the band, and where blocks and ties go in it."""
         index, place = self.layout.index, self._place
@@ -104,7 +98,7 @@ class StepProgram:
         row, column = np.tril_indices(blades)
         first = place[index[:, row]]
         second = place[index[:, column]]
-        tied = place[self._next]
+        tied = place[self.layout.ahead]
         low, high = np.minimum(place, tied), np.maximum(place, tied)
         width = int(max((high - low).max(), blades - 1))
         size = place.size
@@ -126,7 +120,7 @@ class StepProgram:
         band = np.zeros((width + 1) * size)
         np.add.at(band, inside, blocks[:, row, column].ravel())
         np.add.at(band, self._place, box + tie)
-        np.add.at(band, self._place[self._next], tie)
+        np.add.at(band, self._place[self.layout.ahead], tie)
         np.add.at(band, across, -tie)
         banded = cholesky_banded(
             band.reshape(width + 1, size), lower=True, overwrite_ab=True, check_finite=False
@@ -144,7 +138,7 @@ class StepProgram:
     @cached_property
     def _basis_ahead(self) -> FloatArray:
         assert self.basis is not None  # asked for only with a basis
-        return np.asarray(self.basis[self._next] - self.basis)
+        return np.asarray(self.basis[self.layout.ahead] - self.basis)
 
     def _spread(self, x: FloatArray) -> FloatArray:
         """Changes of pitch (V,) from the unknowns."""
@@ -157,14 +151,14 @@ class StepProgram:
     def _limits_of(self, x: FloatArray) -> FloatArray:
         """G x for the four kinds of limits, (4, V)."""
         change = self._spread(x)
-        ahead = change[self._next] - change
+        ahead = change[self.layout.ahead] - change
         return np.stack([change, -change, ahead, -ahead])
 
     def _limits_transposed(self, dual: FloatArray) -> FloatArray:
         """G'z of multipliers (4, V)."""
         tie = dual[2] - dual[3]
         out = dual[0] - dual[1] - tie
-        np.add.at(out, self._next, tie)
+        np.add.at(out, self.layout.ahead, tie)
         return self._gather(out)
 
     # ---- solution ------------------------------------------------------------------------
@@ -199,7 +193,7 @@ class StepProgram:
         blocks = blocks + ridge * np.eye(layout.blades)
         wide = self._gather(self._flat(squares * np.sqrt(reach / scale)).T)
         linear = self._gather(self._flat(slope[None] / scale)[0])
-        ahead = current[self._next] - current
+        ahead = current[self.layout.ahead] - current
         room = np.stack([high - current, current - low, self.step - ahead, self.step + ahead])
         room = np.maximum(room, 0.0) / reach
 
