@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +14,11 @@ from pitchopt.design.results import Design, Status
 from pitchopt.design.task import DesignTask
 from pitchopt.errors import InfeasibleError
 
-__all__ = ["best_constant", "constant_for_torque", "constant_set"]
+__all__ = ["Side", "best_constant", "constant_for_torque", "constant_set", "pitch_for_torque"]
 
 FloatArray = NDArray[np.float64]
+Side = Literal["feather", "stall"]
+"""Which way from the best constant pitch: to higher or to lower pitch."""
 
 _GRID = 61
 
@@ -62,8 +65,10 @@ def best_constant(task: DesignTask) -> Design:
     return _constant_design(task, pitch, None, time.perf_counter() - began)
 
 
-def constant_for_torque(task: DesignTask, torque: float, *, best: Design | None = None) -> Design:
-    """The constant pitch, towards feather, that gives a mean torque.
+def constant_for_torque(
+    task: DesignTask, torque: float, *, best: Design | None = None, side: Side = "feather"
+) -> Design:
+    """The constant pitch, towards feather or stall, that gives a mean torque.
 
     Parameters
     ----------
@@ -72,6 +77,8 @@ def constant_for_torque(task: DesignTask, torque: float, *, best: Design | None 
         [N m].
     best : Design, optional
         The best constant pitch, if it is known.
+    side : {"feather", "stall"}
+        On which side of the best constant pitch.
 
     Raises
     ------
@@ -79,7 +86,12 @@ def constant_for_torque(task: DesignTask, torque: float, *, best: Design | None 
         If no constant pitch within the limits gives that torque.
     """
     began = time.perf_counter()
-    best = best or best_constant(task)
+    pitch = pitch_for_torque(task, torque, best=best or best_constant(task), side=side)
+    return _constant_design(task, pitch, torque, time.perf_counter() - began)
+
+
+def pitch_for_torque(task: DesignTask, torque: float, *, best: Design, side: Side) -> float:
+    """The angle [rad] of :func:`constant_for_torque`."""
     start, top = float(best.profile[0]), best.mean_torque
     if torque > top:
         raise InfeasibleError(
@@ -89,18 +101,18 @@ def constant_for_torque(task: DesignTask, torque: float, *, best: Design | None 
     def gap(pitch: float) -> float:
         return float(task.constant_loads(pitch).mean[0]) - torque
 
-    # torque falls from the best pitch towards feather; the first crossing is the one wanted
-    grid = np.linspace(start, task.mean_range[1], 91)
+    # torque falls from the best pitch to both sides; the first crossing is the one wanted
+    grid = np.linspace(start, task.mean_range[1 if side == "feather" else 0], 91)
     gaps = np.array([gap(float(p)) for p in grid])
     below = np.flatnonzero(gaps <= 0)
     if below.size == 0:
         raise InfeasibleError(
-            f"mean torque: got {torque:.6g} N m, constant pitch up to "
+            f"mean torque: got {torque:.6g} N m, constant pitch "
+            f"{'up' if side == 'feather' else 'down'} to "
             f"{np.degrees(grid[-1]):.2f} deg goes down to {gaps.min() + torque:.6g} N m"
         )
     k = int(below[0])
-    pitch = start if k == 0 else float(brentq(gap, grid[k - 1], grid[k], xtol=1e-12))
-    return _constant_design(task, pitch, torque, time.perf_counter() - began)
+    return start if k == 0 else float(brentq(gap, grid[k - 1], grid[k], xtol=1e-12))
 
 
 def _constant_design(

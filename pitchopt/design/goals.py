@@ -10,13 +10,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pitchopt.checks import FloatArray, finite_array, finite_number, whole_number
-from pitchopt.design.constant_pitch import best_constant, constant_for_torque, constant_set
+from pitchopt.design.constant_pitch import (
+    best_constant,
+    constant_for_torque,
+    constant_set,
+    pitch_for_torque,
+)
 from pitchopt.design.judged import finished
 from pitchopt.design.points import TORQUE_ALONE, PointFinder
 from pitchopt.design.power import maximise_torque
@@ -159,7 +165,7 @@ def compared(
         progress(1, 3, "constant pitch")
     best = best_constant(task)
     power = power_max(task, reference=best)
-    reference = best
+    reference, stalled = best, None
     if mean_torque is not None:
         if mean_torque > power.mean_torque * (1 + 1e-9):
             raise InfeasibleError(
@@ -168,8 +174,19 @@ def compared(
             )
         if mean_torque <= best.mean_torque:
             reference = constant_for_torque(task, mean_torque, best=best)
+            with suppress(InfeasibleError):  # torque may stay above it down to the lowest pitch
+                stalled = pitch_for_torque(task, mean_torque, best=best, side="stall")
     finder = PointFinder(
-        task, reference, power, starts, certify, seed, progress, total=3, resume=resume
+        task,
+        reference,
+        power,
+        starts,
+        certify,
+        seed,
+        progress,
+        total=3,
+        resume=resume,
+        best=best,
     )
     finder.tick("power maximum")
     if mu is not None:
@@ -178,7 +195,7 @@ def compared(
         found = finder.loss_point(max_power_loss)
     else:
         assert mean_torque is not None
-        found = finder.torque_point(mean_torque)
+        found = finder.torque_point(mean_torque, stalled)
     return Compared(design=found, constant=reference, power_max=power)
 
 

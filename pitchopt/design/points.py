@@ -54,6 +54,8 @@ class _Goal:
     @property
     def label(self) -> str:
         """What the point is called on the way."""
+        if self.kind == "mean_torque":
+            return "mean torque"
         return f"mu {self.number:.3g}" if self.kind == "mu" else f"loss {100 * self.number:g} %"
 
 
@@ -72,7 +74,9 @@ class PointFinder:
         *,
         total: int,
         resume: Certificate | None = None,
+        best: Design | None = None,
     ) -> None:
+        self.best = best or reference  # constant pitch of largest torque
         self.task = task.operating_at(float(reference.profile.mean()))
         self.reference, self.power = reference, power
         self.starts, self.certify = starts, bool(certify)
@@ -157,7 +161,7 @@ class PointFinder:
         """Flattened profiles of the task; None for few starts or a frozen wake."""
         if self.starts <= 2 or self.task.frozen:
             return None
-        return FlatProfiles(self.task.problem(), float(self.reference.profile.mean()))
+        return FlatProfiles(self.task.problem(), float(self.best.profile.mean()))
 
     def _flattened(self, objective: Objective) -> list[Start]:
         return [] if self.flat is None else self.flat.starts(objective)
@@ -406,25 +410,49 @@ class PointFinder:
             self.judge.others([goal.found for goal in goals]),
         )
 
-    def torque_point(self, torque: float) -> Design:
-        """Least weighted RMS at a mean torque held from both sides."""
+    def torque_point(self, torque: float, other: float | None = None) -> Design:
+        """Least weighted RMS at a mean torque held from both sides.
+
+        Parameters
+        ----------
+        torque : float
+            [N m].
+        other : float, optional
+            Constant pitch of the same torque on the other side of the best one [rad].
+        """
         began = time.perf_counter()
-        objective = self.least_objective(torque, torque)
-        stations = self.reference.profile.size
-        psi = 2 * np.pi * np.arange(stations) / stations
-        starts = [Start(label="constant pitch", profile=self.reference.profile)]
-        if torque > self.reference.mean_torque:
+        goal = _Goal("mean_torque", torque, self.least_objective(torque, torque))
+        self._improve(goal, self._torque_starts(goal.objective, other))
+        # flattened profiles hardly ever have the torque itself: those with no less are looked at
+        flat = self._flattened(self.least_objective(torque))
+        if flat:
+            self._improve(goal, flat)
+        self.tick(goal.label)
+        assert goal.found is not None
+        return self.judge.priced(goal.objective, goal.found, goal.kind, torque, began)
+
+    def _torque_starts(self, objective: Objective, other: float | None) -> list[Start]:
+        """Constant pitches of the torque, the better one first, and waves about the first."""
+        reference = self.reference.profile
+        starts = [Start(label="constant pitch", profile=reference)]
+        if other is not None:
+            label = f"constant {np.degrees(other):.1f} deg"
+            starts.append(Start(label=label, profile=np.full(reference.size, other)))
+            starts.sort(key=lambda start: -self._constant_value(objective, start.profile))
+        if objective.torque_min > self.reference.mean_torque:
             starts.append(Start(label="power maximum", profile=self.power.profile))
         # small once-per-revolution waves: their phase is nearly free, and optima differ in it
+        psi = 2 * np.pi * np.arange(reference.size) / reference.size
         waves = max(self.starts - len(starts), 0)
         for k in range(waves):
             angle = 2 * np.pi * k / waves - np.pi / 2
             wave = _WAVE * np.cos(psi + angle)
-            label = f"constant + 1P at {-np.degrees(angle):.0f} deg"
-            starts.append(Start(label=label, profile=self.reference.profile + wave))
-        found = self.solve(objective, starts)
-        self.tick("mean torque")
-        return self.judge.priced(objective, found, "mean_torque", torque, began)
+            label = f"{starts[0].label} + 1P at {-np.degrees(angle):.0f} deg"
+            starts.append(Start(label=label, profile=starts[0].profile + wave))
+        return starts[: self.starts]
+
+    def _constant_value(self, objective: Objective, profile: FloatArray) -> float:
+        return valued(self.task.problem(float(profile.mean())), objective, profile)
 
     def against(
         self,

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from design_factories import SmoothModel, rotor_curves, wide_limits
 
+from pitchopt.cases import load_case
 from pitchopt.design import (
     CurvesModel,
     Design,
@@ -17,6 +18,7 @@ from pitchopt.design import (
     Objective,
     Status,
     Tradeoff,
+    compared,
     constant,
     default_mu,
     design,
@@ -231,6 +233,20 @@ class TestDesign:
         point = constant_for_torque(TASK, 0.8 * top.mean_torque)
         assert point.mean_torque == pytest.approx(0.8 * top.mean_torque, rel=1e-9)
         assert point.profile[0] > top.profile[0]  # towards feather
+        other = constant_for_torque(TASK, 0.9 * top.mean_torque, best=top, side="stall")
+        assert other.mean_torque == pytest.approx(0.9 * top.mean_torque, rel=1e-9)
+        assert other.profile[0] < top.profile[0]
+        with pytest.raises(InfeasibleError, match=r"down to -5\.73 deg goes down to"):
+            constant_for_torque(TASK, 0.8 * top.mean_torque, best=top, side="stall")
+
+    def test_regression_a_held_torque_is_looked_for_on_both_sides(self) -> None:
+        """Here the least RMS lies towards stall, the constant pitch compared with at feather."""
+        task = load_case("biegel2011").task()
+        loss = compared(task, max_power_loss=0.07, certify=False)
+        held = compared(task, mean_torque=loss.design.mean_torque, certify=False)
+        assert held.constant.profile[0] > loss.constant.profile[0] > held.design.profile.mean()
+        assert held.design.mean_torque == pytest.approx(loss.design.mean_torque, rel=1e-6)
+        assert held.design.rms_weighted <= loss.design.rms_weighted * (1 + 1e-4)
 
     @pytest.mark.parametrize("torque", [1e9, -1e9])
     def test_torque_out_of_reach(self, torque: float) -> None:
@@ -317,6 +333,9 @@ class TestRegressionConstantPitchOnly:
             assert point.mean_torque >= 0.97 * power_max(task).mean_torque * (1 - 1e-6)
         if goal == "mean_torque":
             assert point.mean_torque == pytest.approx(0.9 * top, rel=1e-6)
+            sides = [constant_for_torque(task, value, side=s) for s in ("feather", "stall")]
+            best = min(side.rms_weighted for side in sides)
+            assert point.rms_weighted == pytest.approx(best, rel=1e-6)
 
 
 class TestRefusals:
