@@ -112,9 +112,20 @@ class TestOneProfile:
         best = constant(task)
         own = task.operating_at(float(best.profile[0])).problem().curves
         assert np.any(own.rates)
-        beta = best.profile + 0.01 * np.sin(own.azimuth)
+        beta = np.clip(best.profile + 0.01 * np.sin(own.azimuth), own.lower, own.upper)
         got = StaticPlant(tasks=rated).passage(beta, 4)
-        assert np.array_equal(got, own.evaluate(beta).rotor)
+        assert got == pytest.approx(own.evaluate(beta).rotor, rel=1e-13)
+
+    def test_equilibrium_through_stall(self, rated: WindTasks) -> None:
+        """Beyond what design admits the plant has the loads of the momentum balance."""
+        best, curves = float(rated.best(15.0).profile[0]), rated.plant_curves(15.0)
+        model: Any = rated.task(15.0).model
+        admitted = rated.curves(15.0)
+        beta = curves.beta[:, 20]  # a sample, so that nothing is interpolated
+        assert np.all(beta < admitted.lower)
+        exact = model.blade_loads(curves.azimuth, beta, mean_pitch=best)
+        assert curves.contributions(beta)[0] == pytest.approx(exact.torque, rel=1e-12)
+        assert StaticPlant(tasks=rated).outside(beta, 0) == beta.size
 
     def test_operating_pitch(self, rated: WindTasks) -> None:
         """The pitch that is given counts at the speeds that it is given for."""
@@ -176,7 +187,7 @@ class TestProfilesOfBlades:
 
     def test_rates_of_each_blade_by_itself(self, rated: WindTasks) -> None:
         """Pitch rate is that of a blade's own profile, across the ends of its stretch."""
-        curves = rated.curves(15.0)
+        curves = rated.plant_curves(15.0)
         base = float(rated.best(15.0).profile[0])
         beta = base + np.random.default_rng(3).uniform(-0.01, 0.01, (3, 18))
         for number in range(3):

@@ -69,8 +69,8 @@ class StaticPlant:
     With induction ``none`` and ``equilibrium`` the loads are those of the curves that design
     works on, the latter sampled around the operating pitch.  With ``frozen`` the wake stays
     frozen at the operating pitch, whatever the mean of the profile; the farther that mean is
-    from it, the less the loads mean.  Beyond their pitch interval curves are continued by
-    their last segment; :meth:`outside` counts how often.
+    from it, the less the loads mean.  Beyond the pitch interval that design admits, curves in
+    equilibrium go on through stall, others with their last slope; :meth:`outside` counts how often.
 
     With a ramp or a drift, loads are interpolated linearly between wind speeds 0.1 m/s apart
     without induction and 0.25 m/s with it.  Midway, at 13, 15 and 17 m/s, the largest error of a
@@ -163,9 +163,9 @@ class StaticPlant:
         return self._interpolated(number, lambda speed: self._loads(speed, placed, number))
 
     def outside(self, profile: ArrayLike, number: int) -> int:
-        """Samples of a passage, of B m, at which a blade's pitch is beyond its curve.
+        """Samples of a passage, of B m, at which a blade's pitch is beyond what design admits.
 
-        Between grid speeds: beyond the curve of either.
+        Between grid speeds: beyond the interval of either.
         """
         placed, number = self._placed(profile, number)
         beyond = self._interpolated(number, lambda speed: self._beyond(speed, placed, number))
@@ -177,15 +177,24 @@ class StaticPlant:
 
     # ---- one wind speed ----------------------------------------------------------------------
 
-    def _curves(self, speed: float) -> tuple[BladeCurves, ...]:
-        """Curves of the blades, and of the one that differs in chord."""
+    def _operating(self, speed: float) -> float | None:
+        """Operating pitch asked for at a wind speed [rad]."""
         given = self.operating_pitch
-        pitch = given.get(speed) if isinstance(given, Mapping) else given
-        usual = self.tasks.curves(speed, operating_pitch=pitch)
-        if self.difference is None or self.difference.chord == 1.0:
-            return (usual,)
-        chord = self.difference.chord
-        return usual, self.tasks.curves(speed, operating_pitch=pitch, chord=chord)
+        return given.get(speed) if isinstance(given, Mapping) else given
+
+    @property
+    def _chords(self) -> tuple[float, ...]:
+        """Factors on the chord of the blades, and of the one that differs in it."""
+        own = 1.0 if self.difference is None else self.difference.chord
+        return (1.0,) if own == 1.0 else (1.0, own)
+
+    def _curves(self, speed: float) -> list[BladeCurves]:
+        """Curves of the blades, and of the one that differs in chord."""
+        pitch = self._operating(speed)
+        return [
+            self.tasks.plant_curves(speed, operating_pitch=pitch, chord=chord)
+            for chord in self._chords
+        ]
 
     def _placed(self, profile: ArrayLike, number: int) -> tuple[_Placed, int]:
         """Every station's pitch and rate, of the blade that stands there in a passage."""
@@ -226,12 +235,13 @@ class StaticPlant:
 
     def _beyond(self, speed: float, placed: _Placed, number: int) -> FloatArray:
         """One where a station's pitch is outside the curve there, else zero, (1, B, m)."""
-        parts = [
-            ((placed.pitch < curves.lower - _ROUNDING) | (placed.pitch > curves.upper + _ROUNDING))
-            .astype(np.float64)
-            .reshape(1, self.blades, self.positions)
-            for curves in self._curves(speed)
-        ]
+        operating = self._operating(speed)
+        parts = []
+        for chord in self._chords:
+            curves = self.tasks.curves(speed, operating_pitch=operating, chord=chord)
+            low, high = curves.lower - _ROUNDING, curves.upper + _ROUNDING
+            beyond = (placed.pitch < low) | (placed.pitch > high)
+            parts.append(beyond.astype(np.float64).reshape(1, self.blades, self.positions))
         return self._merged(parts, number)
 
     def _merged(self, parts: list[FloatArray], number: int) -> FloatArray:

@@ -8,13 +8,16 @@ the turbine's schedule gives it for each wind speed.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from pitchopt.aero.curves import BladeCurves
 from pitchopt.cases import Case
-from pitchopt.checks import finite_number
+from pitchopt.checks import FloatArray, finite_number
 from pitchopt.design import Design, DesignTask, constant, power_max
 from pitchopt.errors import InputError
 
@@ -24,6 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["WindTasks"]
 
 _SPACING = 0.1
+_STALL_SAMPLES = 24
 _SPACING_INDUCTION = 0.25  # curves take seconds and bend less: they are not piecewise linear
 
 
@@ -54,6 +58,10 @@ class WindTasks:
 
     @cached_property
     def _curves(self) -> dict[tuple[float, float | None, float], BladeCurves]:
+        return {}
+
+    @cached_property
+    def _continued(self) -> dict[tuple[float, float | None, float], BladeCurves]:
         return {}
 
     @property
@@ -125,6 +133,27 @@ class WindTasks:
             self._curves[key] = task.problem(pitch).curves
         return self._curves[key]
 
+    def plant_curves(
+        self, speed: float, *, operating_pitch: float | None = None, chord: float = 1.0
+    ) -> BladeCurves:
+        """The curves that design works on, continued over the actuators' range and a little more.
+
+        Curves in equilibrium end where sections stall; beyond that the momentum balance goes on
+        with the polars' own stall.  Other curves, and those of polars that end before the range
+        does, come as they are: they go on with their last slope.  Arguments as in :meth:`curves`.
+        """
+        key = (speed, operating_pitch, chord)
+        if key not in self._continued:
+            curves = self.curves(speed, operating_pitch=operating_pitch, chord=chord)
+            task = self._with_chord(self.task(speed), chord)
+            if task.balanced:
+                if operating_pitch is None:
+                    operating_pitch = float(self.best(speed).profile[0])
+                with suppress(InputError):
+                    curves = _through_stall(task, curves, operating_pitch)
+            self._continued[key] = curves
+        return self._continued[key]
+
     def _with_chord(self, task: DesignTask, factor: float) -> DesignTask:
         """The task with another chord."""
         if factor == 1.0:
@@ -138,3 +167,29 @@ class WindTasks:
         model: StaticRotor = task.model  # type: ignore[assignment]
         blade = replace(model.rotor.blade, chord=factor * model.rotor.blade.chord)
         return replace(task, model=replace(model, rotor=replace(model.rotor, blade=blade)))
+
+
+def _through_stall(task: DesignTask, curves: BladeCurves, operating_pitch: float) -> BladeCurves:
+    """Curves with samples of the momentum balance from their ends to those of the pitch range."""
+    model: StaticRotor = task.model  # type: ignore[assignment]
+    reach = np.deg2rad(1.0)
+    low = np.minimum(model.pitch_range[0], curves.lower - reach)
+    high = np.maximum(model.pitch_range[1], curves.upper + reach)
+    below = np.linspace(low, curves.lower, _STALL_SAMPLES, endpoint=False, axis=1)
+    above = np.linspace(high, curves.upper, _STALL_SAMPLES, endpoint=False, axis=1)[:, ::-1]
+    ends = [
+        model.blade_loads(curves.azimuth[:, None], pitch, mean_pitch=operating_pitch)
+        for pitch in (below, above)
+    ]
+
+    def joined(name: str) -> FloatArray:
+        return np.hstack([getattr(ends[0], name), getattr(curves, name), getattr(ends[1], name)])
+
+    return replace(
+        curves,
+        beta=np.hstack([below, curves.beta, above]),
+        torque=joined("torque"),
+        bending=joined("bending"),
+        thrust=joined("thrust"),
+        radial=joined("radial"),
+    )
