@@ -160,7 +160,9 @@ class Learner(ABC):
         value = number("setpoint", value)
         if value != self._setpoint:
             self._setpoint = value
-            self._guard.forget()
+            self._guard.forget()  # loads under the old set-point are no measure any more
+            self._rotation_loads.clear()
+            self._holding = 0
 
     def tell(self, loads: ArrayLike) -> None:
         """Take in the loads of the passage made with :attr:`profile`, and move on.

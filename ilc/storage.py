@@ -44,10 +44,10 @@ def load_state(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
         If the file is missing or not such a file.
     """
     try:
-        data = np.load(path, allow_pickle=False)
-        if isinstance(data, np.ndarray):
-            raise ValueError("one array, not a file of several")
-        with data:
+        with Path(path).open("rb") as stream:
+            data = np.load(stream, allow_pickle=False)
+            if isinstance(data, np.ndarray):
+                raise ValueError("one array, not a file of several")
             return {name: data[name] for name in data.files}
     except (
         *(OSError, EOFError, ValueError, NotImplementedError),
