@@ -32,6 +32,7 @@ State = dict[str, np.ndarray]
 """What a learner knows, as arrays that one NPZ file holds."""
 
 _LEAST_SHARE = 0.5  # of the samples of a passage
+_LARGEST = 1e100  # a larger load is none, and products of such numbers overflow
 
 
 class Samples(NamedTuple):
@@ -170,7 +171,8 @@ class Learner(ABC):
         Parameters
         ----------
         loads : array (4, m)
-            Torque, tilt, yaw [N m] and thrust [N]; anything not finite counts as missing.
+            Torque, tilt, yaw [N m] and thrust [N]; anything not finite, or beyond 1e100, counts
+            as missing.
 
         Raises
         ------
@@ -179,7 +181,7 @@ class Learner(ABC):
         """
         layout = self.layout
         given = array_of("loads", loads, (4, layout.positions), finite=False)
-        given[~np.isfinite(given)] = np.nan
+        given[~(np.abs(given) <= _LARGEST)] = np.nan
         samples = self._aligned(given)
         enough = np.isfinite(samples.loads).mean() >= _LEAST_SHARE
         if not enough:

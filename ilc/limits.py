@@ -23,6 +23,8 @@ from ilc.layout import Layout
 
 __all__ = ["ActuatorLimits"]
 
+_ROUNDING = 1e-15  # [rad] by which a profile that was projected may break them
+
 
 @dataclass(frozen=True, kw_only=True)
 class ActuatorLimits:
@@ -85,8 +87,13 @@ class ActuatorLimits:
     ) -> FloatArray:
         """The profile for `passage` that keeps all limits and is nearest to a wish.
 
-        Nearest in the largest change of one pitch; `current` is the profile of the passage before.
+        Nearest in the largest change of one pitch, once the wish is brought into the range; a wish
+        that keeps the limits is returned as it is, and where it is NaN stands for `current`, the
+        profile of the passage before.
         """
+        wish = np.where(np.isnan(wish), current, wish)
+        if self.violation(layout, wish, current, passage) <= _ROUNDING:
+            return wish
         low, high = (
             bound.reshape(-1, layout.stations) for bound in self.bounds(layout, current, passage)
         )
