@@ -95,18 +95,13 @@ class RotationLoop:
     radius : float
         Largest modulus of the eigenvalues that are not 1.
     neutral : int
-        Number of eigenvalues that are 1: directions of means and pitches that the loads of the
-        learner do not tell apart.  A whole family of fixed points lies along them.
-    converges : bool
-        Whether each start runs into a fixed point: the radius is below 1, and there are as many
-        eigenvectors for the eigenvalue 1 as it counts.
+        Number of eigenvalues that are 1.
     """
 
     matrix: FloatArray
     eigenvalues: np.ndarray
     radius: float
     neutral: int
-    converges: bool
 
 
 def contraction(
@@ -219,6 +214,12 @@ def rotation_loop(
 
     The mean of torque is the set-point and does not move.  No limit binds, nothing lags.
 
+    Without neutral directions and with a radius below 1 there is one fixed point, and every start
+    runs into it.  A mean that the pitches can take on at all positions alike is neutral: at
+    each of its values the errors vanish, and nothing in the loop prefers one.  Where the positions
+    differ a little, as those of a rotor do in constant tilt and yaw, its eigenvalue is a little
+    below 1: the AC load settles long before that mean does, and noise moves it about.
+
     Parameters
     ----------
     layout : Layout
@@ -255,13 +256,8 @@ def rotation_loop(
     eigenvalues = eigenvalues[np.argsort(-np.abs(eigenvalues), kind="stable")]
     ones = np.abs(eigenvalues - 1) < _ONE
     radius = float(np.abs(eigenvalues[~ones]).max(initial=0.0))
-    neutral = int(ones.sum())
     return RotationLoop(
-        matrix=matrix,
-        eigenvalues=eigenvalues,
-        radius=radius,
-        neutral=neutral,
-        converges=radius < 1 and _fixed_directions(matrix, V) == neutral,
+        matrix=matrix, eigenvalues=eigenvalues, radius=radius, neutral=int(ones.sum())
     )
 
 
@@ -289,12 +285,3 @@ def _radius(matrices: FloatArray) -> FloatArray:
 def _norm(matrices: FloatArray) -> FloatArray:
     """Largest singular value of each matrix (P, n, k)."""
     return np.asarray(np.linalg.norm(matrices, ord=2, axis=(1, 2)))
-
-
-def _fixed_directions(matrix: FloatArray, pitches: int) -> int:
-    """Dimension of the space that a loop's matrix leaves alone, pitches and means to scale."""
-    scale = np.ones(len(matrix))
-    size = np.abs(matrix[pitches:, :pitches]).sum(axis=1)
-    scale[pitches:] = np.where(size > 0, size, 1.0)
-    change = (matrix - np.eye(len(matrix))) * scale / scale[:, None]
-    return int((np.linalg.svd(change, compute_uv=False) < _ONE).sum())

@@ -91,16 +91,16 @@ class ActuatorLimits:
         that keeps the limits is returned as it is, and where it is NaN stands for `current`, the
         profile of the passage before.
         """
-        wish = np.where(np.isnan(wish), current, wish)
+        wish = np.clip(np.where(np.isnan(wish), current, wish), self.lower, self.upper)
         if self.violation(layout, wish, current, passage) <= _ROUNDING:
             return wish
         low, high = (
             bound.reshape(-1, layout.stations) for bound in self.bounds(layout, current, passage)
         )
-        wanted = np.clip(wish, self.lower, self.upper).reshape(low.shape)
-        middle = 0.5 * (_above(wanted, self.step) - _above(-wanted, self.step))
+        rows = wish.reshape(low.shape)
+        middle = 0.5 * (_above(rows, self.step) - _above(-rows, self.step))
         kept = np.clip(middle, _above(low, self.step), -_above(-high, self.step))
-        return np.asarray(kept.reshape(-1))
+        return np.clip(kept.reshape(-1), self.lower, self.upper)  # they are off by rounding
 
     def violation(
         self, layout: Layout, profile: FloatArray, before: FloatArray, passage: int

@@ -70,10 +70,7 @@ class AffinePlant:
         return (loads + (0 if self.drift is None else self.drift(number))).T
 
 
-
-def make_learner(
-    plant: AffinePlant, kind: type[Learner] = FixedLearner, **changes: Any
-) -> Learner:
+def make_learner(plant: AffinePlant, kind: type[Learner] = FixedLearner, **changes: Any) -> Learner:
     """A learner for a plant, with limits that never bind unless they are given."""
     given: dict[str, Any] = {
         "layout": plant.layout,

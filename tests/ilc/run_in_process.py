@@ -1,4 +1,7 @@
-"""A run that tests kill: `python run_in_process.py CHECKPOINT SEPARATE`, a line after each rotation."""
+"""A run that tests kill: ``python run_in_process.py CHECKPOINT separate|common``.
+
+It prints a line after each rotation.
+"""
 
 from __future__ import annotations
 

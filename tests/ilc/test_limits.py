@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -34,9 +35,7 @@ def cases() -> st.SearchStrategy[tuple[Layout, ActuatorLimits, Any, Any, int]]:
     return st.builds(build, LAYOUTS, STEPS, PITCH).flatmap(lambda strategy: strategy)
 
 
-def nearest(
-    layout: Layout, limits: ActuatorLimits, wish: Any, current: Any, passage: int
-) -> float:
+def nearest(layout: Layout, limits: ActuatorLimits, wish: Any, current: Any, passage: int) -> float:
     """Smallest largest distance from the wish of any profile that keeps the limits, by an LP."""
     V, N, m = layout.variables, layout.stations, layout.positions
     rows, bounds = [], []
@@ -91,9 +90,7 @@ def test_projection_leaves_what_keeps_the_limits(case: Any, missing: int) -> Non
     holes = current.copy()
     holes[missing % holes.size] = np.nan
     for stay in (current, holes):
-        np.testing.assert_array_equal(
-            limits.projected(layout, stay, current, passage), current
-        )
+        np.testing.assert_array_equal(limits.projected(layout, stay, current, passage), current)
 
 
 @given(cases(), st.integers(0, 200))
@@ -174,10 +171,9 @@ def test_no_loads_make_a_learner_break_the_limits(
         exact = plant.passage(learner.profile, number)
         try:
             learner.tell(loads[number % len(loads)] if wild else exact)
-        except LearningError as error:  # nothing could be learnt from such an experiment
-            assert "experiment" in str(error)
-            assert number + 1 == learner.experiment_passages
+        except LearningError:  # nothing could be learnt from such an experiment
             assert wild or step == 0.0
+            assert number + 1 == learner.experiment_passages
             break
         now = layout.values(learner.profile)
         assert np.isfinite(now).all()
@@ -185,9 +181,12 @@ def test_no_loads_make_a_learner_break_the_limits(
         before = now
 
 
-def test_limits_bind_and_hold_while_learning(learner_type: type[Learner]) -> None:
+@pytest.mark.parametrize(("reach", "step"), [(0.005, 0.2), (0.2, 0.004), (0.005, 0.004)])
+def test_limits_bind_and_hold_while_learning(
+    learner_type: type[Learner], reach: float, step: float
+) -> None:
     plant = AffinePlant.random(8, positions=6)
-    limits = ActuatorLimits(lower=-0.01, upper=0.01, step=0.006)
+    limits = ActuatorLimits(lower=-reach, upper=reach, step=step)
     learner = make_learner(plant, learner_type, limits=limits, setpoint=float(1.02 * SCALE[0]))
     profiles = [learner.profile]
     for number in range(60):
@@ -195,9 +194,11 @@ def test_limits_bind_and_hold_while_learning(learner_type: type[Learner]) -> Non
         profiles.append(learner.profile)
     excess = [
         limits.violation(plant.layout, new, old, number + 1)
-        for number, (old, new) in enumerate(zip(profiles, profiles[1:], strict=False))
+        for number, (old, new) in enumerate(itertools.pairwise(profiles))
     ]
     assert max(excess) <= 1e-14
-    steps = np.abs(np.diff(profiles[-1])).max()
-    assert steps == pytest.approx(limits.step, rel=1e-9)
-    assert profiles[-1].max() == limits.upper
+    last = profiles[-1]
+    if reach < 0.1:
+        assert np.abs(profiles[learner.experiment_passages + 1 :]).max() == reach
+    if step < 0.1:
+        assert np.abs(last - np.roll(last, 1)).max() == pytest.approx(step, rel=1e-9)

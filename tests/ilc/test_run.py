@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import subprocess
 import sys
@@ -30,7 +31,7 @@ from ilc import (
 SCRIPT = Path(__file__).with_name("run_in_process.py")
 
 
-class Stop(Exception):
+class StopError(Exception):
     """Ends a run from its callback or plant."""
 
 
@@ -46,7 +47,7 @@ class Recorder:
     def passage(self, profile: np.ndarray, number: int) -> np.ndarray:
         assert number == len(self.profiles) or self.stop_at is not None
         if number == self.stop_at:
-            raise Stop
+            raise StopError
         self.profiles.append(profile)
         self.loads.append(self.plant.passage(profile, number))
         return self.loads[-1]
@@ -205,7 +206,7 @@ def test_resumed_at_any_passage_gives_the_same_record(
     for stop in (*range(0, passages, 7), passages - 1):
         path.unlink(missing_ok=True)
         plant = parts(separate)["plant"]
-        with pytest.raises(Stop):
+        with pytest.raises(StopError):
             run(
                 **parts(separate, learner_type, plant=Recorder(plant, stop), rotations=8),
                 checkpoint=path,
@@ -240,8 +241,7 @@ def test_killed_runs_go_on_to_the_same_record(separate: str, tmp_path: Path) -> 
             env=environment,
         ) as process:
             assert process.stdout is not None
-            for _ in range(lines):
-                reached.append(int(process.stdout.readline()))
+            reached.extend(int(process.stdout.readline()) for _ in range(lines))
             time.sleep(wait)
             process.kill()
     practice = len(unbroken.experiment)
@@ -257,7 +257,7 @@ def test_finished_checkpoint_goes_on_to_more_rotations(tmp_path: Path) -> None:
     assert_same(run(**parts(False, rotations=9), checkpoint=path), whole(False, rotations=9))
     before = path.read_bytes()
     assert_same(run(**parts(False, rotations=9), checkpoint=path), whole(False, rotations=9))
-    with pytest.raises(LearningError, match="got 8, but .* has made 9"):
+    with pytest.raises(LearningError, match=r"got 8, but .* has made 9"):
         run(**parts(False, rotations=8), checkpoint=path)
     assert path.read_bytes() == before
 
@@ -326,9 +326,9 @@ def test_bad_input_is_named(tmp_path: Path) -> None:
         run(**parts(False, rotations=-1))
     with pytest.raises(LearningError, match="every"):
         run(**parts(False), every=0)
-    with pytest.raises(LearningError, match="no directory .*absent"):
+    with pytest.raises(LearningError, match=r"no directory .*absent"):
         run(**parts(False), checkpoint=tmp_path / "absent" / "run.npz")
-    with pytest.raises(LearningError, match="3 blades and 5 positions.*3 and 4"):
+    with pytest.raises(LearningError, match=r"3 blades and 5 positions.*3 and 4"):
         run(**parts(False, plant=AffinePlant.random(0, positions=5)))
     used = parts(False)["learner"]
     used.tell(np.zeros((4, 4)))
@@ -352,7 +352,7 @@ def test_profiles_of_a_run_keep_the_limits(learner_type: type[Learner]) -> None:
     profiles = [*plant.profiles, learner.profile]
     worst = max(
         limits.violation(layout, new, old, number + 1)
-        for number, (old, new) in enumerate(zip(profiles, profiles[1:], strict=False))
+        for number, (old, new) in enumerate(itertools.pairwise(profiles))
     )
     assert worst <= 1e-12
     assert max(profile.max() for profile in profiles) > 0.0299  # they do bind
