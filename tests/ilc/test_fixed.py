@@ -340,27 +340,22 @@ def test_saved_state_goes_on_exactly(
     noise = 0.01 * SCALE[:, None] * random.standard_normal((90, 4, 4))
     noise[random.random(noise.shape) < 0.05] = np.nan
 
-    def go_on(learner: Learner, count: int) -> list[np.ndarray]:
+    def go_on(learner: Learner, count: int) -> list[Any]:
+        seen = []
         for _ in range(count):
             number = learner.passages
             learner.tell(plant.passage(learner.profile, number) + noise[number])
-            profiles.append(learner.profile)
-        return profiles
+            # the guard's numbers as well: what they decide may come much later
+            seen.append([*learner.profile.ravel(), *learner.state()["guard.numbers"]])
+        return seen
 
-    profiles: list[np.ndarray] = []
     go_on(learner, after)
     save_state(tmp_path / "learner.npz", learner.state())
-    profiles = []
     expected = go_on(learner, 90 - after)
     again = make_learner(good, learner_type, delay=1, patience=1)
     again.restore(load_state(tmp_path / "learner.npz"))
-    profiles = []
     np.testing.assert_array_equal(go_on(again, 90 - after), expected)
     assert again.events == learner.events
-    one, two = learner.state(), again.state()
-    assert one.keys() == two.keys()
-    for name in one:
-        np.testing.assert_array_equal(one[name], two[name], err_msg=name)
 
 
 def test_states_that_do_not_belong_are_refused(learner_type: type[Learner]) -> None:

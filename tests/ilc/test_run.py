@@ -262,6 +262,32 @@ def test_finished_checkpoint_goes_on_to_more_rotations(tmp_path: Path) -> None:
     assert path.read_bytes() == before
 
 
+def test_end_is_saved_whatever_the_interval(tmp_path: Path) -> None:
+    path = tmp_path / "run.npz"
+    record = run(**parts(False, rotations=2), checkpoint=path, every=100)
+
+    idle = Recorder(parts(False)["plant"], stop_at=-1)
+    assert_same(run(**parts(False, rotations=2, plant=idle), checkpoint=path), record)
+    assert not idle.profiles
+
+
+@pytest.mark.parametrize("gap", [np.nan, np.inf, -np.inf])
+def test_loads_that_the_plant_does_not_give_are_missing(gap: float) -> None:
+    class Blind(Recorder):
+        def passage(self, profile: np.ndarray, number: int) -> np.ndarray:
+            loads = super().passage(profile, number)
+            loads[1, 2] = gap
+            return loads
+
+    plant = Blind(AffinePlant.random(2, positions=6))
+    record = run(plant, make_learner(plant.plant), rotations=1)
+    np.testing.assert_allclose(record.learning.missing, 1 / 24)
+    kept = np.delete(plant.loads[-1], 2, axis=1)[1]
+    assert record.passages.mean[-1, 1] == pytest.approx(kept.mean())
+    assert record.passages.rms[-1, 1] == pytest.approx(kept.std())
+    assert np.isfinite(record.learning.ac_load).all()
+
+
 def test_checkpoint_of_other_settings_is_refused_and_left(tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
     run(**parts(False, rotations=1), checkpoint=path)
