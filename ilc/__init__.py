@@ -12,6 +12,9 @@ from ilc.layout import Layout
 from ilc.learner import Learner
 from ilc.limits import ActuatorLimits
 from ilc.plant import LOADS, Plant
+from ilc.record import Record
+from ilc.run import run
+from ilc.sensors import Sensors
 from ilc.storage import load_state, save_state
 
 __all__ = [
@@ -23,7 +26,10 @@ __all__ = [
     "Learner",
     "LearningError",
     "Plant",
+    "Record",
+    "Sensors",
     "StateError",
     "load_state",
+    "run",
     "save_state",
 ]

@@ -116,9 +116,15 @@ class Layout:
         Raises
         ------
         LearningError
-            If the shape is none of these, or different blades are given one profile.
+            If these are not numbers, the shape is none of these, or different blades are given
+            one profile.
         """
-        given = np.asarray(profile, dtype=np.float64)
+        try:
+            given = np.asarray(profile, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise LearningError(
+                f"profile: got {type(profile).__name__}, expected numbers"
+            ) from error
         if given.ndim == 0:
             return array_of("profile", np.full(self.variables, given), (self.variables,))
         if given.shape == (self.stations,):

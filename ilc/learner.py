@@ -24,6 +24,7 @@ from ilc.experiment import perturbations
 from ilc.guard import Guard
 from ilc.layout import Layout
 from ilc.limits import ActuatorLimits
+from ilc.storage import check_settings, part
 
 __all__ = ["Learner", "Samples", "State", "ac_load"]
 
@@ -164,7 +165,9 @@ class Learner(ABC):
         value = number("setpoint", value)
         if value != self._setpoint:
             self._setpoint = value
-            self._guard.forget()
+            self._guard.forget()  # loads under the old set-point are no measure any more
+            self._rotation_loads.clear()
+            self._holding = 0
             self._setpoint_changed()
 
     def tell(self, loads: ArrayLike) -> None:
@@ -329,7 +332,7 @@ class Learner(ABC):
             If something is missing, or the state is that of another learner or other settings.
         """
         try:
-            settings = json.loads(str(state["settings"]))
+            check_settings("state", state["settings"], self.settings())
             events = [
                 (int(passage), str(text)) for passage, text in json.loads(str(state["events"]))
             ]
@@ -340,14 +343,12 @@ class Learner(ABC):
             }
             loads = [float(value) for value in state["rotation_loads"]]
             setpoint = number("setpoint", float(state["setpoint"]))
-            guard = _part(state, "guard.")
-            own = _part(state, "model.")
+            guard = part(state, "guard.")
+            own = part(state, "model.")
+        except StateError:
+            raise
         except (KeyError, ValueError, TypeError) as error:
             raise StateError(f"state: damaged or not a learner's ({error})") from error
-        mine = json.loads(json.dumps(self.settings()))
-        if settings != mine:
-            other = [key for key in {**settings, **mine} if settings.get(key) != mine.get(key)]
-            raise StateError(f"state: made with other settings ({', '.join(sorted(other))})")
         try:
             self._guard.restore(guard)
             self._set_arrays(own)
@@ -358,12 +359,3 @@ class Learner(ABC):
         self._setpoint = setpoint
         self.passages, self._holding = passages, holding
         self._rotation_loads, self.events = loads, events
-
-
-def _part(state: Mapping[str, np.ndarray], prefix: str) -> State:
-    """The entries whose names begin with a prefix, without it."""
-    return {
-        name.removeprefix(prefix): np.asarray(value)
-        for name, value in state.items()
-        if name.startswith(prefix)
-    }

@@ -23,6 +23,8 @@ from ilc.layout import Layout
 
 __all__ = ["ActuatorLimits"]
 
+_ROUNDING = 1e-15  # [rad] by which a profile that was projected may break them
+
 
 @dataclass(frozen=True, kw_only=True)
 class ActuatorLimits:
@@ -85,27 +87,29 @@ class ActuatorLimits:
     ) -> FloatArray:
         """The profile for `passage` that keeps all limits and is nearest to a wish.
 
-        Nearest in the largest change of one pitch; `current` is the profile of the passage before.
+        Nearest in the largest change of one pitch, once the wish is brought into the range; a wish
+        that keeps the limits is returned as it is, and where it is NaN stands for `current`, the
+        profile of the passage before.
         """
-        bounds = self.bounds(layout, current, passage)
-        if (
-            (wish >= bounds[0]).all()
-            and (wish <= bounds[1]).all()
-            and (np.abs(wish[layout.ahead] - wish) <= self.step).all()
-        ):
-            return wish
-        low, high = bounds
+        low, high = self.bounds(layout, current, passage)
         wanted = np.clip(wish, self.lower, self.upper)
+        if self._excess(layout, wanted, low, high) <= _ROUNDING:  # False for NaN
+            return wanted
+        wanted = np.where(np.isnan(wanted), current, wanted)
         rows = np.stack([wanted, -wanted, low, -high]).reshape(-1, layout.stations)
         above, below, lowest, highest = _above(rows, self.step).reshape(4, -1)
-        middle = 0.5 * (above - below)
-        return np.asarray(np.minimum(np.maximum(middle, lowest), -highest))
+        kept = np.minimum(np.maximum(0.5 * (above - below), lowest), -highest)
+        return np.clip(kept, self.lower, self.upper)  # the envelopes are off by rounding
 
     def violation(
         self, layout: Layout, profile: FloatArray, before: FloatArray, passage: int
     ) -> float:
         """Largest violation of any limit by `profile` in `passage` [rad]; 0 or less is allowed."""
-        low, high = self.bounds(layout, before, passage)
+        return self._excess(layout, profile, *self.bounds(layout, before, passage))
+
+    def _excess(
+        self, layout: Layout, profile: FloatArray, low: FloatArray, high: FloatArray
+    ) -> float:
         step = np.abs(profile[layout.ahead] - profile).max() - self.step
         return float(max((low - profile).max(), (profile - high).max(), step))
 

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import io
+import json
 import os
 import uuid
 import zipfile
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ilc.errors import StateError
 
-__all__ = ["load_state", "save_state"]
+__all__ = ["check_settings", "load_state", "part", "save_state"]
 
 
 def save_state(path: str | os.PathLike[str], state: Mapping[str, np.ndarray]) -> Path:
@@ -41,7 +44,49 @@ def load_state(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
         If the file is missing or not such a file.
     """
     try:
-        with np.load(path, allow_pickle=False) as data:
+        with Path(path).open("rb") as stream:
+            data = np.load(stream, allow_pickle=False)
+            if isinstance(data, np.ndarray):
+                raise ValueError("one array, not a file of several")
             return {name: data[name] for name in data.files}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+    except (
+        *(OSError, EOFError, ValueError, NotImplementedError),
+        *(zipfile.BadZipFile, zlib.error),
+    ) as error:
         raise StateError(f"{path}: cannot be read as a saved state ({error})") from error
+
+
+def part(state: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    """The arrays whose names begin with a prefix, without it."""
+    return {
+        name.removeprefix(prefix): np.asarray(value)
+        for name, value in state.items()
+        if name.startswith(prefix)
+    }
+
+
+def check_settings(name: str, saved: np.ndarray, mine: Mapping[str, Any]) -> None:
+    """Refuse a state that was made with other settings.
+
+    Parameters
+    ----------
+    name : str
+        Whose settings they are, for the message.
+    saved : ndarray ()
+        The settings as JSON text.
+    mine : mapping
+        The settings that the state should go with.
+
+    Raises
+    ------
+    StateError
+        If they differ, or `saved` is no settings.
+    """
+    try:
+        theirs = dict(json.loads(str(saved)))
+    except (ValueError, TypeError) as error:
+        raise StateError(f"{name}: damaged settings ({error})") from error
+    ours = json.loads(json.dumps(dict(mine)))
+    other = sorted(key for key in {**ours, **theirs} if ours.get(key) != theirs.get(key))
+    if other:
+        raise StateError(f"{name}: state made with other settings ({', '.join(other)})")
