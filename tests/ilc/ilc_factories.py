@@ -16,6 +16,8 @@ SCALE = np.array([1.4e6, 3e5, 3e5, 8e4])
 WEIGHTS = SCALE[0] / SCALE
 WIDE = ActuatorLimits(lower=-10.0, upper=10.0, step=20.0)
 """Limits that never bind."""
+EXACT = {"rtol": 0, "atol": 1e-11}
+"""Tolerance of pitches near 0.1 rad after some hundred roundings."""
 
 
 class AffinePlant:
@@ -68,6 +70,20 @@ class AffinePlant:
         pitch = self.layout.values(profile)[self.layout.index[rows]]
         loads = self.offset[rows] + np.einsum("qlb,qb->ql", self.jacobian[rows], pitch)
         return (loads + (0 if self.drift is None else self.drift(number))).T
+
+
+class Turncoat(AffinePlant):
+    """A plant whose loads answer the pitch the other way round from some passage on."""
+
+    def __init__(self, plant: AffinePlant, passage: int) -> None:
+        super().__init__(plant.layout, plant.offset, plant.jacobian)
+        self.other = AffinePlant(plant.layout, plant.offset, -plant.jacobian)
+        self.turn = passage
+
+    def passage(self, profile: np.ndarray, number: int) -> np.ndarray:
+        if number >= self.turn:
+            return self.other.passage(profile, number)
+        return super().passage(profile, number)
 
 
 def make_learner(plant: AffinePlant, kind: type[Learner] = FixedLearner, **changes: Any) -> Learner:
