@@ -35,6 +35,7 @@ from ilc.program import Quadratic, StepProgram
 __all__ = ["AdaptiveLearner", "harmonic_basis"]
 
 _TOUCHES = 3  # programs solved for one step
+_NO_ANSWER = 1e-9  # change of a load in the experiment, in units of its starting RMS
 _LEAST_RMS = 5e-4  # in units of the starting RMS: below this a load counts as even
 _BOLDEST = 30.0
 _AFTER_SURPRISE = 0.1  # share of the boldest
@@ -97,7 +98,7 @@ class AdaptiveLearner(Learner):
     def _identify(self, pitch: FloatArray, loads: FloatArray) -> None:
         repeats = int(np.flatnonzero(self._offsets.any(axis=1))[0])
         self.model.identify(pitch, loads, repeats)
-        if not np.any(self.model.slope):
+        if np.abs(self.model.slope).max() * self.amplitude < _NO_ANSWER:
             raise LearningError("experiment: the loads did not answer the pitch at any position")
 
     def _learn(self, samples: Samples) -> FloatArray:

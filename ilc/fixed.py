@@ -197,6 +197,12 @@ class FixedLearner(Learner):
     def _slow_down(self) -> None:
         self._share *= 0.5
 
+    def _speed_up(self) -> None:
+        self._share = min(1.0, 1.1 * self._share)
+
+    def _setpoint_changed(self) -> None:
+        self._share = 1.0
+
     def _settings(self) -> dict[str, Any]:
         return {
             "learning_rate": self.learning_rate,

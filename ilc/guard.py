@@ -1,7 +1,8 @@
 """Guard: the best profile seen, and when to go back to it.
 
 It looks at the weighted AC load once a rotation.  When that has grown `patience` rotations in
-succession and is clearly above the best one, the best profile is to be taken back.
+succession and is above the best one by a tenth and by several times what it usually changes from
+rotation to rotation, the best profile is to be taken back.  Noise makes loads grow too, but not so.
 """
 
 from __future__ import annotations
@@ -12,8 +13,9 @@ from ilc._checks import FloatArray, count
 
 __all__ = ["Guard"]
 
-_GROWTH = 1.02  # smaller changes from rotation to rotation are no growth
-_EXCESS = 1.10  # nor is anything within ten percent of the best
+_EXCESS = 1.10  # loads within ten percent of the best are no reason to go back
+_SCATTER = 4.0  # nor are differences of so many times the usual one between rotations
+_MEMORY = 0.9  # weight of the past in that
 
 
 class Guard:
@@ -35,6 +37,7 @@ class Guard:
         self.best_load = np.inf
         self._last = np.inf
         self._grown = 0
+        self._change = 0.0  # running mean of the change between rotations
 
     def observe(self, load: float, profile: FloatArray) -> bool:
         """Take note of a rotation; true if its profile should be left for the best one.
@@ -46,11 +49,15 @@ class Guard:
         profile : ndarray
             Profile that it belongs to.
         """
-        self._grown = self._grown + 1 if load > _GROWTH * self._last else 0
+        if np.isfinite(self._last):
+            change = abs(load - self._last)
+            self._change = _MEMORY * self._change + (1 - _MEMORY) * change
+        self._grown = self._grown + 1 if load > self._last else 0
         self._last = load
         if load < self.best_load:
             self.best, self.best_load = profile.copy(), load
-        if self._grown >= self.patience and load > _EXCESS * self.best_load:
+        most = max(_EXCESS * self.best_load, self.best_load + _SCATTER * self._change)
+        if self._grown >= self.patience and load > most:
             self._grown = 0
             return True
         return False
@@ -64,12 +71,12 @@ class Guard:
         best = np.empty(0) if self.best is None else self.best
         return {
             "best": best.copy(),
-            "numbers": np.array([self.best_load, self._last, float(self._grown)]),
+            "numbers": np.array([self.best_load, self._last, float(self._grown), self._change]),
         }
 
     def restore(self, state: dict[str, FloatArray]) -> None:
         """Go on from :meth:`state`."""
-        best = state["best"]
+        best = np.asarray(state["best"], dtype=np.float64)
         self.best = best.copy() if best.size else None
-        self.best_load, self._last = map(float, state["numbers"][:2])
-        self._grown = int(state["numbers"][2])
+        self.best_load, self._last, grown, self._change = map(float, state["numbers"])
+        self._grown = int(grown)

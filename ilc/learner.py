@@ -232,6 +232,9 @@ class Learner(ABC):
     def _slow_down(self) -> None:
         """Take smaller steps from now on: loads grew."""
 
+    def _speed_up(self) -> None:  # noqa: B027  nothing to do unless a learner says so
+        """Take back some of the caution: no rotation had less load."""
+
     @abstractmethod
     def _settings(self) -> dict[str, Any]:
         """Settings of this kind of learner, as plain data."""
@@ -276,7 +279,11 @@ class Learner(ABC):
         elif last and self._rotation_loads:
             mean = float(np.mean(self._rotation_loads))
             self._rotation_loads.clear()
-            if self._guard.observe(mean, self._now):
+            before = self._guard.best_load
+            back = self._guard.observe(mean, self._now)
+            if self._guard.best_load < before:
+                self._speed_up()
+            if back:
                 assert self._guard.best is not None  # observe keeps one
                 self._say(
                     f"AC load grew for {self._guard.patience} rotations: back to the best profile"
@@ -356,6 +363,8 @@ class Learner(ABC):
             raise StateError(f"state: damaged ({error})") from error
         for name, value in arrays.items():
             setattr(self, "_" + name, value)
+        if holding and self._guard.best is None:
+            raise StateError("state: damaged (a profile is held that is not there)")
         self._setpoint = setpoint
         self.passages, self._holding = passages, holding
         self._rotation_loads, self.events = loads, events

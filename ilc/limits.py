@@ -92,10 +92,9 @@ class ActuatorLimits:
         profile of the passage before.
         """
         low, high = self.bounds(layout, current, passage)
-        wanted = np.clip(wish, self.lower, self.upper)
-        if self._excess(layout, wanted, low, high) <= _ROUNDING:  # False for NaN
+        wanted = np.clip(np.where(np.isnan(wish), current, wish), self.lower, self.upper)
+        if self._excess(layout, wanted, low, high) <= _ROUNDING:
             return wanted
-        wanted = np.where(np.isnan(wanted), current, wanted)
         rows = np.stack([wanted, -wanted, low, -high]).reshape(-1, layout.stations)
         above, below, lowest, highest = _above(rows, self.step).reshape(4, -1)
         kept = np.minimum(np.maximum(0.5 * (above - below), lowest), -highest)

@@ -37,6 +37,7 @@ RESIDUAL = 0.3
 _LEAST_NOISE = 1e-8  # variance in units of the starting RMS squared
 _LEAST_DRIFT = 1e-10  # the same, of the value between two passages
 _UNEXPLAINED = 1.5  # ratio of innovations to their variance above which P is raised
+_NOTHING = 1e-60  # loads below this are none, and their squares are still numbers
 _SLOPE_RISE = 0.3  # largest rise of a slope's deviation, as a share of the mean slope
 
 
@@ -219,4 +220,5 @@ def _scales(loads: FloatArray) -> FloatArray:
     """RMS over the positions of loads (4, P); the size of the mean for one that does not vary."""
     rms = loads.std(axis=1)
     size = np.abs(loads).mean(axis=1)
-    return np.where(rms > 1e-9 * size, rms, np.where(size > 0, size, 1.0))
+    size = np.where(size > _NOTHING, size, 1.0)
+    return np.where(rms > np.maximum(1e-9 * size, _NOTHING), rms, size)

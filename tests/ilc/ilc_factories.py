@@ -18,6 +18,13 @@ WIDE = ActuatorLimits(lower=-10.0, upper=10.0, step=20.0)
 """Limits that never bind."""
 EXACT = {"rtol": 0, "atol": 1e-11}
 """Tolerance of pitches near 0.1 rad after some hundred roundings."""
+CLOSE = {"rtol": 0, "atol": 1e-7}
+"""The same where each step is a program solved to a gap of 1e-9."""
+
+
+def same_as(kind: type[Learner]) -> dict[str, float]:
+    """Tolerance to which a learner's profiles may be compared."""
+    return EXACT if kind is FixedLearner else CLOSE
 
 
 class AffinePlant:

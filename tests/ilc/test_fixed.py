@@ -162,14 +162,16 @@ def test_experiment_with_gaps_still_finds_the_jacobian() -> None:
 
 def test_affine_fit_leaves_out_what_was_measured_too_seldom() -> None:
     random = np.random.default_rng(1)
-    pitch = random.normal(size=(6, 2, 3))
+    pitch = random.normal(size=(30, 2, 3))
     loads = np.einsum("plb,epb->elp", random.normal(size=(2, 4, 3)), pitch)
-    loads[:4, 1, 0] = np.nan  # two measurements are left for four unknowns
+    loads[:28, 1, 0] = np.nan  # two measurements are left for four unknowns
     loads[:, 2, 1] = np.nan
-    offset, jacobian = affine_fit(pitch, loads)
+    offset, jacobian, known = affine_fit(pitch, loads)
     assert not jacobian[0, 1].any()
     assert not jacobian[1, 2].any()
-    assert offset[1, 0] == pytest.approx(loads[4:, 1, 0].mean())
+    np.testing.assert_array_equal(known, [[True, False, True, True], [True, True, False, True]])
+    assert np.isnan(offset[2, 1])
+    assert offset[1, 0] == pytest.approx(loads[28:, 1, 0].mean())
     assert jacobian[0, 0].all()
 
 

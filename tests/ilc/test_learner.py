@@ -6,9 +6,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from ilc_factories import EXACT, SCALE, WEIGHTS, AffinePlant, Turncoat, make_learner, turned
+from ilc_factories import (
+    SCALE,
+    WEIGHTS,
+    AffinePlant,
+    Turncoat,
+    make_learner,
+    same_as,
+    turned,
+)
 
-from ilc import Learner, LearningError, StateError, load_state, save_state
+from ilc import AdaptiveLearner, Learner, LearningError, StateError, load_state, save_state
 
 
 @pytest.mark.parametrize("separate", [False, True])
@@ -17,6 +25,8 @@ def test_shift_of_the_azimuth_grid_rolls_the_profiles(
     learner_type: type[Learner], separate: bool, shift: int
 ) -> None:
     """Station n of the shifted grid is station n + shift of the first."""
+    if separate and learner_type is AdaptiveLearner:
+        pytest.skip("it moves all pitches after each passage, so the order of passages counts")
     plant = AffinePlant.random(16, positions=5, separate=separate)
     layout = plant.layout
     P = layout.tracked
@@ -39,7 +49,9 @@ def test_shift_of_the_azimuth_grid_rolls_the_profiles(
         # whole rotations: separate profiles meet the positions in another order within one
         turned(plant, one, 3)
         turned(other, two, 3)
-        np.testing.assert_allclose(two.profile, np.roll(one.profile, -shift, axis=-1), **EXACT)
+        np.testing.assert_allclose(
+            two.profile, np.roll(one.profile, -shift, axis=-1), **same_as(learner_type)
+        )
     assert np.ptp(one.profile) > 0.01
 
 
@@ -55,7 +67,7 @@ def test_change_of_load_units_with_matching_weights(
         other, learner_type, weights=WEIGHTS / scale, setpoint=float(scale[0] * SCALE[0])
     )
     for a, b in zip(turned(plant, one, 60), turned(other, two, 60), strict=True):
-        np.testing.assert_allclose(a, b, **EXACT)
+        np.testing.assert_allclose(a, b, **same_as(learner_type))
 
 
 def test_passage_with_too_few_samples_keeps_the_profile_and_says_so(
