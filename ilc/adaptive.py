@@ -3,19 +3,21 @@
 After each passage the local model (:mod:`ilc.local_model`) gives the loads and their slopes at the
 profile in use, with the covariance of both.  The next profile is the one that promises least
 
-    sum_i w_i J_i,    J_i^2 = mean over the positions of E[(y_i - mean_i)^2],
+    sum_i w_i J_i + HOLD w_1 |mean torque - set-point|,
+    J_i^2 = mean over the positions of E[(y_i - mean y_i)^2].
 
-with the set-point as the mean of torque and free means of the other loads.  Each J_i is replaced by
-the quadratic that touches it from above, J^2 / (2 J_0) + J_0 / 2, and the program
-(:mod:`ilc.program`) is solved a few times with new J_0; its limits are those of the actuators.  The
-covariance of the slopes enters E[.] and so damps the step where slopes are not known: it is the
-regularisation, and it follows from the noise.
+Each J_i, and the last term alike, is replaced by the quadratic that touches it from above,
+J^2 / (2 J_0) + J_0 / 2, and the program (:mod:`ilc.program`) is solved a few times with new J_0;
+its limits are those of the actuators.  A deviation of mean torque costs more than any AC load that
+it could save, so the set-point is held where limits admit it.  The covariance of the slopes enters
+E[.] and so damps the step where slopes are not known: it is the regularisation, and it follows from
+the noise.
 
 How much uncertainty a step may accept is a trade: no step along what is uncertain, no progress.
 It is charged with J_0 of at least `boldness` times the sum of all.  Boldness grows when a rotation
 brought less load than any before and shrinks when it did not; after a surprise (a change of wind)
-it starts again from a middle value.  The last passage of a rotation takes a timid step, which
-settles what the bolder ones disturbed.
+it starts again from a middle value, and it is the less, the less well slopes are known.  The last
+passage of a rotation takes a timid step, which settles what the bolder ones disturbed.
 """
 
 from __future__ import annotations
@@ -28,12 +30,17 @@ import numpy as np
 from ilc._checks import FloatArray, array_of, count, number
 from ilc.errors import LearningError
 from ilc.layout import Layout
-from ilc.learner import Learner, Samples, State
+from ilc.learner import Learner, Samples, State, ac_load
 from ilc.local_model import LocalModel
 from ilc.program import Quadratic, StepProgram
 
 __all__ = ["AdaptiveLearner", "harmonic_basis"]
 
+HOLD = 5.0
+"""Price of a deviation of mean torque, in weights of its RMS."""
+
+_SIGNS = np.array([-1.0, -1.0, -1.0, -1.0, 1.0])  # means that are free, and the one that is held
+_WELL_KNOWN = 0.1  # relative deviation of slopes up to which all boldness is allowed
 _TOUCHES = 3  # programs solved for one step
 _NO_ANSWER = 1e-9  # change of a load in the experiment, in units of its starting RMS
 _LEAST_RMS = 5e-4  # in units of the starting RMS: below this a load counts as even
@@ -124,13 +131,12 @@ class AdaptiveLearner(Learner):
         self._best = min(self._best, least)
 
     def _distance(self, loads: FloatArray) -> float:
-        """Weighted AC load with the torque's deviation from the set-point, NaN if unknown."""
-        if not np.isfinite(loads).any(axis=1).all():
-            return float("nan")
-        means = np.nanmean(loads, axis=1)
-        means[0] = self.setpoint
-        square = np.nanmean((loads - means[:, None]) ** 2, axis=1)
-        return float(self.weights @ np.sqrt(square))
+        """Weighted AC load and price of the mean torque's deviation, NaN if unknown."""
+        load = ac_load(loads, self.weights)
+        if not np.isfinite(load):
+            return load
+        off = abs(float(np.nanmean(loads[0])) - self.setpoint)
+        return load + HOLD * float(self.weights[0]) * off
 
     def _setpoint_changed(self) -> None:
         """Start the search again, less boldly than at first."""
@@ -149,26 +155,33 @@ class AdaptiveLearner(Learner):
         )
         moved = self._now[index] - model.at
         value = model.value + np.einsum("lpb,pb->lp", model.slope, moved)
-        errors = value - value.mean(axis=1, keepdims=True)
-        errors[0] = value[0] - self.setpoint / model.scale[0]
+        means = value.mean(axis=1)
+        apart = value - means[:, None]
+        off = means[0] - self.setpoint / model.scale[0]
         weights = self.weights * model.scale
-        covariance = model.covariance
+        hold = HOLD * weights[0]
+        covariance, slopes = model.covariance, model.slope
+        mean_slope = slopes[0] / layout.tracked
+        boldness = min(boldness, _BOLDEST * (_WELL_KNOWN / model.doubt()) ** 2)
         change = np.zeros((layout.tracked, layout.blades))
         flat = np.zeros(layout.variables)
         for _ in range(_TOUCHES):
-            now = errors + np.einsum("lpb,pb->lp", model.slope, change)
-            now[1:] -= now[1:].mean(axis=1, keepdims=True)
+            move = np.einsum("lpb,pb->lp", slopes, change)
+            now = apart + move - move.mean(axis=1, keepdims=True)
             rms = np.sqrt((now**2 + covariance[..., 0, 0]).mean(axis=1) + _LEAST_RMS**2)
             price = weights / rms
             least = boldness * float(weights @ rms)
             charge = weights**2 / np.maximum(weights * rms, least)
-            slopes = model.slope
+            held = hold / float(np.hypot(off + move[0].mean(), _LEAST_RMS))
             blocks = np.einsum("l,lpb,lpc->pbc", price, slopes, slopes, optimize=True)
             blocks += np.einsum("l,lpbc->pbc", charge, covariance[..., 1:, 1:])
-            slope = np.einsum("l,lpb,lp->pb", price, slopes, errors)
+            slope = np.einsum("l,lpb,lp->pb", price, slopes, apart)
             slope += np.einsum("l,lpb->pb", charge, covariance[..., 1:, 0])
-            squares = slopes[1:] * np.sqrt(price[1:] / layout.tracked)[:, None, None]
-            flat = self._program.solve(Quadratic(blocks, squares, slope), self._now, low, high)
+            slope += held * off * layout.tracked * mean_slope
+            free = slopes * np.sqrt(price / layout.tracked)[:, None, None]
+            kept = mean_slope * np.sqrt(held * layout.tracked)
+            quadratic = Quadratic(blocks, np.concatenate([free, kept[None]]), _SIGNS, slope)
+            flat = self._program.solve(quadratic, self._now, low, high)
             change = flat[index]
         return self._restricted(self._now + flat)
 

@@ -14,10 +14,11 @@ filter in each position and load:
     after a sample y    (c, g) += K (y - c),  K = P e_1 / (P_11 + R).
 
 Q(d) is what an unknown part of the curvature does: (1/2 r |d|^2)^2 in c and r^2 |d|^2 in each
-slope, r = `RESIDUAL` times the size of the curvature.  Without noise the update is Broyden's,
-spread over the slopes in proportion to what is not known of them; with noise it averages.  Where
-innovations are larger than P and R explain, as after a change of wind, P is raised until they are
-explained.
+slope; r^2 is the variance with which the experiment gave the curvature, and (`RESIDUAL` times its
+size)^2 for what the series leaves out.  A curvature that noise alone would show is shrunk.  Without
+noise the update is Broyden's, spread over the slopes in proportion to what is not known of them;
+with noise it averages.  Where innovations are larger than P and R explain, as after a change of
+wind, P is raised until they are explained.
 
 Loads are divided by their RMS over the positions at the start, so that nothing depends on units.
 """
@@ -49,7 +50,17 @@ class LocalModel:
     layout : Layout
     """
 
-    _ARRAYS = ("scale", "noise", "value", "slope", "curvature", "covariance", "at", "surprise")
+    _ARRAYS = (
+        "scale",
+        "noise",
+        "value",
+        "slope",
+        "curvature",
+        "unknown",
+        "covariance",
+        "at",
+        "surprise",
+    )
 
     def __init__(self, layout: Layout) -> None:
         self.layout = layout
@@ -64,6 +75,8 @@ class LocalModel:
         """g [scale/rad]."""
         self.curvature = np.zeros((4, p, b))
         """h [scale/rad^2]."""
+        self.unknown = np.zeros(4)
+        """r, size of what is not known of the curvature [scale/rad^2]."""
         self.covariance = np.zeros((4, p, 1 + b, 1 + b))
         """P of (c, g)."""
         self.at = np.zeros((p, b))
@@ -105,19 +118,26 @@ class LocalModel:
         for load in range(4):
             columns = (rest[load] @ bent[load]).reshape(-1, waves.shape[2])
             wanted = np.einsum("pef,pf->pe", rest[load], target[load]).ravel()
-            series = np.linalg.lstsq(columns, wanted, rcond=1e-6)[0]
+            series, _, rank, _ = np.linalg.lstsq(columns, wanted, rcond=1e-6)
+            misfit = float(((wanted - columns @ series) ** 2).sum())
+            variance = max(misfit / max(freedom[load] - rank, 1.0), self.noise[load])
+            spread = variance * np.linalg.pinv(columns.T @ columns, rcond=1e-12, hermitian=True)
+            chance = float(np.einsum("pbv,vw,pbw->pb", waves, spread, waves).mean())
+            size = float(((waves @ series) ** 2).mean())
+            series *= max(0.0, 1.0 - chance / size) if size > 0 else 0.0
             self.curvature[load] = waves @ series
+            self.unknown[load] = np.sqrt(
+                (RESIDUAL**2) * (self.curvature[load] ** 2).mean() + chance
+            )
             fit = np.einsum("pie,pe->pi", inverse[load], target[load] - bent[load] @ series)
             self.value[load], self.slope[load] = fit[:, 0], fit[:, 1:]
-            misfit = float(((wanted - columns @ series) ** 2).sum())
-            variance = max(misfit / max(freedom[load], 1.0), self.noise[load])
             self.covariance[load] *= variance
         blank = mask.sum(axis=2) < linear.shape[3]  # too few samples to know the slopes by
-        size = self._slope_size()
+        usual = self._slope_size()
         for load, position in zip(*np.nonzero(blank), strict=True):
-            unknown = np.eye(linear.shape[3]) * size[load] ** 2
-            unknown[0, 0] = 1.0
-            self.covariance[load, position] += unknown
+            prior = np.eye(linear.shape[3]) * usual[load] ** 2
+            prior[0, 0] = 1.0
+            self.covariance[load, position] += prior
         self.at = np.where(np.isfinite(pitch[0]), pitch[0], 0.0)
 
     def _waves(self) -> FloatArray:
@@ -128,6 +148,13 @@ class LocalModel:
     def _slope_size(self) -> FloatArray:
         """Root mean square slope of each load, (4,)."""
         return np.asarray(np.sqrt((self.slope**2).mean(axis=(1, 2))))
+
+    def doubt(self) -> float:
+        """Relative deviation of the slopes, over all loads and positions."""
+        deviation = np.trace(self.covariance[..., 1:, 1:], axis1=2, axis2=3).mean(axis=1)
+        size = (self.slope**2).sum(axis=2).mean(axis=1)
+        known = size > 0
+        return float(np.sqrt(np.mean(deviation[known] / size[known])))
 
     # ---- every passage -----------------------------------------------------------------------
 
@@ -171,7 +198,7 @@ class LocalModel:
         covariance[..., 0, :] += np.einsum("pb,lpbj->lpj", move, covariance[..., 1:, :])
         covariance[..., :, 0] += np.einsum("pb,lpjb->lpj", move, covariance[..., :, 1:])
         square = (move**2).sum(axis=1)
-        unknown = RESIDUAL * np.sqrt((self.curvature**2).mean(axis=(1, 2)))[:, None]
+        unknown = self.unknown[:, None]
         covariance[..., 0, 0] += (0.5 * unknown * square) ** 2 + _LEAST_DRIFT
         inner = np.arange(1, covariance.shape[-1])
         covariance[..., inner, inner] += (unknown**2 * square)[..., None]

@@ -3,12 +3,12 @@
     minimise    1/2 x'H x + g'x
     subject to  low <= beta + x <= high,    |(beta + x)_{n+1} - (beta + x)_n| <= D  (cyclic)
 
-H is a block of B x B for every tracked position, less a few squares u u' that stand for means which
-are free.  Only neighbouring stations are tied by the rate, so with the positions folded (first,
-last, second, last but one, ...) everything but the squares lies in a band of 3 B - 1 subdiagonals,
-and one iteration of the interior-point method (Mehrotra's predictor and corrector) costs a time in
-proportion to the number of stations.  With a basis, x = F c, the few coefficients c are the
-unknowns and the matrices are dense and small.
+H is a block of B x B for every tracked position and a few squares s u u', s = +1 or -1: those of
+means, which are held or free.  Only neighbouring stations are tied by the rate, so with the
+positions folded (first, last, second, last but one, ...) everything but the squares lies in a band
+of 3 B - 1 subdiagonals, and one iteration of the interior-point method (Mehrotra's predictor and
+corrector) costs a time in proportion to the number of stations.  With a basis, x = F c, the few
+coefficients c are the unknowns and the matrices are dense and small.
 """
 
 from __future__ import annotations
@@ -35,20 +35,23 @@ _TO_BOUNDARY = 0.995
 
 
 class Quadratic(NamedTuple):
-    """1/2 x'H x + g'x with H = blocks - sum of squares.
+    """1/2 x'H x + g'x with H = blocks + sum of signed squares.
 
     Attributes
     ----------
     blocks : ndarray (P, B, B)
         Symmetric, for the pitches at each tracked position.
     squares : ndarray (L, P, B)
-        Rows u of the squares u u' that are subtracted; H as a whole has no negative curvature.
+        Rows u of the squares s u u'; H as a whole has no negative curvature.
+    signs : ndarray (L,)
+        s, +1 or -1.
     slope : ndarray (P, B)
         g.
     """
 
     blocks: FloatArray
     squares: FloatArray
+    signs: FloatArray
     slope: FloatArray
 
 
@@ -182,7 +185,7 @@ class StepProgram:
             Change x; keeps the limits to the tolerance of the method.
         """
         layout = self.layout
-        blocks, squares, slope = quadratic
+        blocks, squares, signs, slope = quadratic
         scale = float(np.abs(slope).max())
         if scale == 0.0:
             return np.zeros(layout.variables)
@@ -201,7 +204,7 @@ class StepProgram:
             change = self._spread(x)[layout.index]
             flat = np.empty(layout.variables)
             flat[layout.index] = np.einsum("pbc,pc->pb", blocks, change)
-            return np.asarray(self._gather(flat) - wide @ (wide.T @ x))
+            return np.asarray(self._gather(flat) + (wide * signs) @ (wide.T @ x))
 
         unknowns = layout.variables if self.basis is None else self.basis.shape[1]
         point = _Point(np.zeros(unknowns), np.maximum(room, 1e-2), np.full(room.shape, 1e-1))
@@ -218,7 +221,7 @@ class StepProgram:
                 factor = self._factor(blocks, weight[0] + weight[1], weight[2] + weight[3])
             except LinAlgError:
                 break  # as near to the limits as rounding admits
-            solve = self._with_squares(factor, wide)
+            solve = self._with_squares(factor, wide, signs)
 
             def direction(
                 complement: FloatArray,
@@ -257,16 +260,16 @@ class StepProgram:
         return out
 
     @staticmethod
-    def _with_squares(solve: Solver, wide: FloatArray) -> Solver:
-        """Solver of the matrix less wide wide', by the Sherman-Morrison-Woodbury formula."""
+    def _with_squares(solve: Solver, wide: FloatArray, signs: FloatArray) -> Solver:
+        """Solver with the signed squares added, by the Sherman-Morrison-Woodbury formula."""
         if wide.shape[1] == 0:
             return solve
         through = solve(wide)
-        small = np.eye(wide.shape[1]) - wide.T @ through
+        small = np.diag(signs) + wide.T @ through
 
         def solve_all(right: FloatArray) -> FloatArray:
             plain = solve(right)
-            return np.asarray(plain + through @ np.linalg.solve(small, wide.T @ plain))
+            return np.asarray(plain - through @ np.linalg.solve(small, wide.T @ plain))
 
         return solve_all
 
