@@ -16,8 +16,8 @@ the noise.
 How much uncertainty a step may accept is a trade: no step along what is uncertain, no progress.
 It is charged with J_0 of at least `boldness` times the sum of all.  Boldness grows when a rotation
 brought less load than any before and shrinks when it did not; after a surprise (a change of wind)
-it starts again from a middle value, and it is the less, the less well slopes are known.  The last
-passage of a rotation takes a timid step, which settles what the bolder ones disturbed.
+it starts again from a middle value, and it is the less, the less well slopes are known.  Within a
+rotation the first passage is bold and those that follow settle what it disturbed.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from ilc.program import Quadratic, StepProgram
 
 __all__ = ["AdaptiveLearner", "harmonic_basis"]
 
-HOLD = 5.0
+HOLD = 2.0
 """Price of a deviation of mean torque, in weights of its RMS."""
 
 _SIGNS = np.array([-1.0, -1.0, -1.0, -1.0, 1.0])  # means that are free, and the one that is held
@@ -44,9 +44,9 @@ _WELL_KNOWN = 0.1  # relative deviation of slopes up to which all boldness is al
 _TOUCHES = 3  # programs solved for one step
 _NO_ANSWER = 1e-9  # change of a load in the experiment, in units of its starting RMS
 _LEAST_RMS = 5e-4  # in units of the starting RMS: below this a load counts as even
-_BOLDEST = 30.0
-_AFTER_SURPRISE = 0.1  # share of the boldest
-_TIMID = 0.05  # share of boldness in the last passage of a rotation
+_BOLDEST = 100.0
+_AFTER_SURPRISE = 0.3  # share of the boldest
+_CALMER = 0.1  # share of boldness that a passage keeps of the one before it in a rotation
 _LESS = 0.99  # a rotation below this share of the best so far was worth it
 _GROW, _SHRINK = 1.3, 0.4
 _SURPRISE = 225.0  # innovations of 15 times their expected size
@@ -111,8 +111,8 @@ class AdaptiveLearner(Learner):
     def _learn(self, samples: Samples) -> FloatArray:
         self.model.update(*samples)
         self._judge(samples.loads)
-        ends = (self.passages + 2 - self.experiment_passages) % self.layout.blades == 0
-        return self._step(self._boldness * (_TIMID if ends else 1.0))
+        to_come = (self.passages + 1 - self.experiment_passages) % self.layout.blades
+        return self._step(self._boldness * _CALMER**to_come)
 
     def _judge(self, loads: FloatArray) -> None:
         """Set the boldness from the loads of the passage."""
