@@ -31,6 +31,7 @@ __all__ = ["Learner", "Samples", "State", "ac_load"]
 State = dict[str, np.ndarray]
 """What a learner knows, as arrays that one NPZ file holds."""
 
+_OTHER = 0.01  # relative change of the set-point with which learning starts anew
 _LEAST_SHARE = 0.5  # of the samples of a passage
 _ABSURD = 1e30  # no load of any rotor; its square is still a number
 
@@ -163,8 +164,9 @@ class Learner(ABC):
     @setpoint.setter
     def setpoint(self, value: float) -> None:
         value = number("setpoint", value)
-        if value != self._setpoint:
-            self._setpoint = value
+        other = abs(value - self._setpoint) > _OTHER * abs(self._setpoint)
+        self._setpoint = value
+        if other:
             self._guard.forget()  # loads under the old set-point are no measure any more
             self._rotation_loads.clear()
             self._holding = 0
@@ -226,7 +228,7 @@ class Learner(ABC):
         """The profile wished for the next passage, (V,)."""
 
     def _setpoint_changed(self) -> None:  # noqa: B027  nothing to do unless a learner says so
-        """The set-point is another one now."""
+        """The set-point is quite another one now."""
 
     @abstractmethod
     def _slow_down(self) -> None:

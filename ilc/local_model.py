@@ -212,17 +212,26 @@ class LocalModel:
         seen: FloatArray,
         move: float,
     ) -> None:
-        """Raise the covariance of loads whose innovations it does not explain, in place."""
+        """Raise the covariance of loads whose innovations it does not explain, in place.
+
+        Half of the excess goes to the values.  Slopes follow in so far as the moves made them show,
+        and as a change of the values comes with one of the slopes: as much as curvature gives for
+        a change of pitch with the same effect.
+        """
         count = np.maximum(seen.sum(axis=1), 1)
         excess = (innovation**2).sum(axis=1) / count - _UNEXPLAINED * (
             np.where(seen, expected, 0.0).sum(axis=1) / count
         )
-        most = (_SLOPE_RISE * self._slope_size()) ** 2
+        size = self._slope_size()
+        most = (_SLOPE_RISE * size) ** 2
+        bend = np.sqrt((self.curvature**2).mean(axis=(1, 2)) + self.unknown**2)
         inner = np.arange(1, covariance.shape[-1])
-        for load in np.nonzero(excess > 0)[0]:
+        for load in np.nonzero((excess > 0) & (size > 0))[0]:
             covariance[load, :, 0, 0] += 0.5 * excess[load]
-            slopes = most[load] if move == 0.0 else min(excess[load] / move, most[load])
-            covariance[load][:, inner, inner] += slopes
+            shown = most[load] * min(1.0, most[load] * move / excess[load])
+            slopes = excess[load] * (bend[load] / size[load]) ** 2
+            slopes += shown if move == 0.0 else min(excess[load] / move, shown)
+            covariance[load][:, inner, inner] += min(slopes, most[load])
 
     # ---- saving ------------------------------------------------------------------------------
 
