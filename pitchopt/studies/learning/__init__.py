@@ -1,4 +1,4 @@
-"""Learning on the static rotor: the plant for `ilc`, runs on it, and what they are compared with."""
+"""Learning on the static rotor: the plant for `ilc`, runs on it, designs to compare with."""
 
 from __future__ import annotations
 

@@ -90,6 +90,7 @@ def _rotation(result: LearningResult, row: int) -> dict[str, Any]:
         "mean_torque": float(learning.mean_torque[row]),
         "setpoint": float(learning.setpoint[row]),
         "wind_speed": float(result.winds[row]),
+        "ratio_to_design": result.ratio(int(learning.rotation[row])),
     }
 
 
