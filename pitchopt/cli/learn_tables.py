@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["print_learning"]
 
-_PAPER_CASE = "biegel2011"
+_PAPER_CASE, _PAPER_LOSS = "biegel2011", 0.07
 _SHOWN = (1, 2, 3, 5, 10, 20)
 _WINDS = {
     "constant": "constant wind",
@@ -34,9 +35,25 @@ def print_learning(case: Case, document: Mapping[str, Any]) -> None:
     click.echo(_table(document, weighted=case.weights.name != "unit") + "\n")
     for line in _lines(document, learning):
         click.echo(line)
-    if case.name == _PAPER_CASE and learning["max_power_loss"] is not None:
-        click.echo("\n" + _paper(document))
+    if _like_the_paper(case, learning):
+        click.echo("\nBeside the paper (sum of the four RMS values in N m and N)\n")
+        click.echo(_paper(document))
     click.echo("")
+
+
+def _like_the_paper(case: Case, learning: Mapping[str, Any]) -> bool:
+    """True for the paper's rotor, wind and set-point."""
+    from pitchopt.cases import builtin_names, load_case
+
+    wind, loss = learning["wind"], learning["max_power_loss"]
+    return (
+        _PAPER_CASE in builtin_names()
+        and case == load_case(_PAPER_CASE)
+        and loss is not None
+        and math.isclose(loss, _PAPER_LOSS)
+        and learning["different_blade"] is None
+        and (wind is None or wind["kind"] != "drift")
+    )
 
 
 def _conditions(learning: Mapping[str, Any]) -> str:
@@ -114,7 +131,7 @@ def _lines(document: Mapping[str, Any], learning: Mapping[str, Any]) -> list[str
     out = [f"experiment: {experiment['rotations']} rotations, pitch moved by up to {move} deg"]
     if document["cut_at_20"] is not None:
         out.append(
-            f"RMS cut against the best constant pitch after 20 rotations: "
+            "cut of the plain sum of RMS after 20 rotations, against the best constant pitch: "
             f"{number(100 * document['cut_at_20'], '%')} %"
         )
     for at in ("at_10", "at_20"):

@@ -284,7 +284,8 @@ def plot_learned_profiles(result: LearningLike, *, ax: Axes | None = None) -> Ax
 
 
 def _rotations(record: Record) -> FloatArray:
-    return np.concatenate([record.experiment.rotation, record.learning.rotation], dtype=np.float64)
+    parts = record.experiment.rotation, record.learning.rotation
+    return np.asarray(np.concatenate(parts), dtype=np.float64)
 
 
 def _span(stretch: StretchLike, record: Record) -> tuple[float, float]:

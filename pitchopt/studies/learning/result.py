@@ -66,11 +66,15 @@ class Loop:
         Factor on the distance of the pitch in a passage, by the Jacobian of the experiment.
     true : ndarray (P,)
         The same by the plant's own Jacobian at the last profile.
+    estimated_jacobian, true_jacobian : ndarray (P, 4, B)
+        The Jacobians [load/rad].
     """
 
     azimuth: FloatArray
     estimated: FloatArray
     true: FloatArray
+    estimated_jacobian: FloatArray
+    true_jacobian: FloatArray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -402,10 +402,13 @@ class _Study:
         if not isinstance(learner, FixedLearner):
             return None
         rest = (learner.gain, learner.weights, learner.learning_rate)
+        own = self._jacobian(done)
         return Loop(
             azimuth=azimuth[: self.layout.tracked],
             estimated=contraction(learner.jacobian, *rest).pitch,
-            true=contraction(self._jacobian(done), *rest).pitch,
+            true=contraction(own, *rest).pitch,
+            estimated_jacobian=learner.jacobian,
+            true_jacobian=own,
         )
 
     def _jacobian(self, done: _Run) -> FloatArray:
