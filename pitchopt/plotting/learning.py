@@ -255,7 +255,7 @@ def plot_learned_profiles(result: LearningLike, *, ax: Axes | None = None) -> Ax
     psi = np.rad2deg(np.append(result.azimuth, result.azimuth[0] + 2 * np.pi))
 
     def closed(profile: FloatArray) -> FloatArray:
-        return np.rad2deg(np.append(profile, profile[0]))
+        return np.asarray(np.rad2deg(np.append(profile, profile[0])))
 
     ax.plot(
         psi, closed(np.atleast_2d(result.start.profile)[0]), color=GREY, linestyle="-.",

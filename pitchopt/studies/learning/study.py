@@ -179,17 +179,20 @@ class _Study:
         return told
 
     def _reference(self, speed: float, before: int, rotations: int) -> Reference:
-        found = reference(
-            self.tasks,
-            speed,
-            max_power_loss=self.settings.max_power_loss,
-            mean_torque=self.settings.mean_torque,
-            progress=self._told(before, rotations),
-        )
+        try:
+            found = reference(
+                self.tasks,
+                speed,
+                max_power_loss=self.settings.max_power_loss,
+                mean_torque=self.settings.mean_torque,
+                progress=self._told(before, rotations),
+            )
+        except InfeasibleError as error:
+            raise InfeasibleError(f"at {speed:g} m/s: {error}") from error
         if found.design.status is Status.INFEASIBLE:
             raise InfeasibleError(
-                f"set-point: no profile found with {found.setpoint:.6g} N m at {speed:g} m/s; "
-                "expected a lower torque or a larger loss"
+                f"at {speed:g} m/s: no profile found with {found.setpoint:.6g} N m, expected "
+                "a lower torque or a larger loss"
             )
         return found
 
