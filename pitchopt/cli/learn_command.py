@@ -42,9 +42,9 @@ Examples:
   pitchopt learn --checkpoint run.npz --rotations 200
 
 \b
-Files: learning.json, learning.csv (a row a rotation), profile.csv (with --separate
-profile_b1.csv ...), learning.png, profiles.png, with the paper's learner
-contraction.png.
+Files: learning.json, learning.csv (a row a rotation), profile.csv and profiles.npz (with
+--separate profile_b1.csv ...), learning.png, profiles.png, with the paper's
+learner contraction.png. pitchopt export takes profiles.npz with --point learned.
 
 \b
 Rotations count from the end of the experiment, in which the learner perturbs the
@@ -276,19 +276,17 @@ def _files(
     result: LearningResult, document: dict[str, Any], *, plots: bool
 ) -> dict[str, bytes | str]:
     from pitchopt.exports import profile_csv
-    from pitchopt.studies.learning import learning_csv
+    from pitchopt.studies.learning import learned_profiles, learning_csv
 
-    case, profile = result.case, result.learned.profile
-    rows = (
-        {"profile.csv": profile}
-        if profile.ndim == 1
-        else {f"profile_b{blade}.csv": row for blade, row in enumerate(profile, start=1)}
-    )
-    # the rotor speed of the last wind
-    speed = case.with_values({"wind.speed": float(result.winds[-1])}).rotor_speed
+    case, profile, speed = result.case, result.learned.profile, result.rotor_speed
     files: dict[str, bytes | str] = {"learning.csv": learning_csv(document)}
-    for name, row in rows.items():
-        files[name] = profile_csv(result.azimuth, row, rotor_speed=speed)
+    if profile.ndim == 1:
+        files["profile.csv"] = profile_csv(result.azimuth, profile, rotor_speed=speed)
+        files["profiles.npz"] = learned_profiles(result, case.settings()).to_bytes()
+    else:
+        for blade, own in enumerate(profile, start=1):
+            name = f"profile_b{blade}.csv"
+            files[name] = profile_csv(result.azimuth, own, rotor_speed=speed)
     if plots:
         from pitchopt.plotting import (
             contraction_figure,

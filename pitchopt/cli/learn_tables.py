@@ -32,7 +32,8 @@ def print_learning(case: Case, document: Mapping[str, Any]) -> None:
     learning = settings["learning"]
     click.echo(case_line(case, settings))
     click.echo(f"{document['learner']} learner{_conditions(learning)}\n")
-    click.echo(_table(document, weighted=case.weights.name != "unit") + "\n")
+    shown = {"weighted": case.weights.name != "unit", "windy": case.table is None}
+    click.echo(_table(document, **shown) + "\n")
     for line in _lines(document, learning):
         click.echo(line)
     if _like_the_paper(case, learning):
@@ -91,7 +92,8 @@ def _chosen(document: Mapping[str, Any]) -> list[int]:
     return sorted({n for n in (*_SHOWN, *near, last) if 1 <= n <= last})
 
 
-def _table(document: Mapping[str, Any], *, weighted: bool) -> str:
+def _table(document: Mapping[str, Any], *, weighted: bool, windy: bool) -> str:
+    """References and rotations; a table of curves has no wind speed to show."""
     baseline = document["baseline"]
     rows = [
         ["", "RMS", "RMS", "mean", "set-", "", ""],
@@ -101,7 +103,8 @@ def _table(document: Mapping[str, Any], *, weighted: bool) -> str:
     key = "rms_weighted" if weighted else "rms_sum"
 
     def row(label: str, record: Mapping[str, Any], ratio: float | None = None) -> list[str]:
-        setpoint, wind = record.get("setpoint"), record.get("wind_speed")
+        setpoint = record.get("setpoint")
+        wind = record.get("wind_speed") if windy else None
         cut = 1.0 - record[key] / baseline[key] if baseline[key] > 0 else None
         return [
             label,

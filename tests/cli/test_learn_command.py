@@ -76,7 +76,7 @@ def test_tables_and_files_of_the_papers_learner(run, tmp_path):
         "paper learner, +2 m/s after rotation 2",
         "best constant pitch", "design after the change", "rotation 3 ", "experiment: 3 rotations",
         "set-point in the new wind", "7 % below the largest there", "RMS of a blade's bending",
-        "pitch travel a revolution", "after the step: ", "6 files in here/",
+        "pitch travel a revolution", "after the step: ", "7 files in here/",
     ):  # fmt: skip
         assert text in done.out, text
     assert "1.10e3" not in done.out  # not the paper's positions
@@ -84,7 +84,7 @@ def test_tables_and_files_of_the_papers_learner(run, tmp_path):
     names = sorted(path.name for path in folder.iterdir())
     assert names == [
         "contraction.png", "learning.csv", "learning.json", "learning.png", "profile.csv",
-        "profiles.png",
+        "profiles.npz", "profiles.png",
     ]  # fmt: skip
     found = json.loads((folder / "learning.json").read_text())
     with (folder / "learning.csv").open() as stream:
@@ -96,6 +96,9 @@ def test_tables_and_files_of_the_papers_learner(run, tmp_path):
     psi, pitch = read_profile_csv(folder / "profile.csv")
     np.testing.assert_allclose(np.rad2deg(pitch), found["learned"]["pitch_deg"], atol=1e-12)
     np.testing.assert_allclose(np.rad2deg(psi), found["learned"]["azimuth_deg"], atol=1e-12)
+    exported = run("export", "here/profiles.npz", "--point", "learned", "--format", "csv")
+    assert exported.status == 0, exported.err
+    assert (tmp_path / "profile.csv").read_text() == (folder / "profile.csv").read_text()
     for path in folder.glob("*.png"):
         assert path.read_bytes().startswith(b"\x89PNG")
 
@@ -193,7 +196,10 @@ def test_ramp_and_drift(document):
     assert ramp["rotations"][-1]["wind_speed"] == pytest.approx(14.6)
     assert ramp["rotations"][1]["ratio_to_design"] is None
     assert ramp["recovery_rotations"] is None
-    drift = document("--wind-drift", "0.1", "--learner", "paper")["settings"]["learning"]["wind"]
+    assert ramp["design"]["at_mean_wind"] is False
+    found = document("--wind-drift", "0.1", "--learner", "paper")
+    assert found["design"]["at_mean_wind"] is True
+    drift = found["settings"]["learning"]["wind"]
     assert (drift["kind"], drift["std"], drift["rotations_correlation"]) == ("drift", 0.1, 20.0)
     slow = document("--wind-drift", "0.1:40", "--seed", "3", "--learner", "paper")
     wind = slow["settings"]["learning"]["wind"]

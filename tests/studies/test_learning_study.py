@@ -296,6 +296,13 @@ def test_a_step_beyond_the_run_changes_nothing(case, rotation):
     np.testing.assert_array_equal(result.record.learning.profile, calm.record.learning.profile)
 
 
+def test_a_change_by_nothing_is_none(case):
+    for wind in (replace(STEP, change=0.0), WindRamp(speed=15.0, change=0.0, first=4, last=8)):
+        result = learn(case, LearningSettings(rotations=14, learner="paper", wind=wind))
+        assert spans(result) == [(1, 14, 15.0, False)]
+        assert result.reference_after is None
+
+
 def test_a_step_at_once_leaves_the_new_wind_alone(case):
     wind = replace(STEP, rotation=0)
     result = learn(case, LearningSettings(rotations=3, learner="paper", wind=wind))
@@ -441,6 +448,16 @@ def test_a_checkpoint_of_another_run_is_refused(case, tmp_path, changed):
     with pytest.raises(InputError, match="other settings"):
         learn(case, replace(settings, **changed), checkpoint=path)
     assert path.read_bytes() == before
+
+
+def test_a_file_that_is_no_checkpoint_is_refused_at_once(case, tmp_path):
+    path = tmp_path / "run.npz"
+    path.write_bytes(b"something else")
+    told = []
+    with pytest.raises(InputError, match=r"run\.npz"):
+        learn(case, checkpoint=path, progress=lambda *args: told.append(args))
+    assert told == []
+    assert path.read_bytes() == b"something else"
 
 
 def test_progress_never_goes_back(case):

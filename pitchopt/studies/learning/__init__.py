@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from pitchopt.studies.learning.document import learning_csv, learning_document
+from pitchopt.studies.learning.document import (
+    learned_profiles,
+    learning_csv,
+    learning_document,
+)
 from pitchopt.studies.learning.figures import ProfileFigures
 from pitchopt.studies.learning.plant import BladeDifference, StaticPlant
 from pitchopt.studies.learning.references import Reference, SetpointSchedule, reference
@@ -35,6 +39,7 @@ __all__ = [
     "WindStep",
     "WindTasks",
     "learn",
+    "learned_profiles",
     "learning_csv",
     "learning_document",
     "reference",

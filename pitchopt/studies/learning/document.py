@@ -8,17 +8,20 @@ of the experiment.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ilc import LOADS
+from pitchopt.errors import InputError
+from pitchopt.exports.profiles import ProfileSet, profile_set
 from pitchopt.exports.records import records_csv
 from pitchopt.studies.learning.figures import ProfileFigures
 from pitchopt.studies.learning.references import Reference
 from pitchopt.studies.learning.result import LearningResult
 
-__all__ = ["learning_csv", "learning_document"]
+__all__ = ["learned_profiles", "learning_csv", "learning_document"]
 
 _EARLY, _LATE = 10, 20  # rotations at which runs are compared
 
@@ -37,6 +40,7 @@ def learning_document(result: LearningResult, settings: Mapping[str, Any]) -> di
         "azimuth_deg": np.rad2deg(result.azimuth),
         "pitch_deg": np.rad2deg(result.learned.profile),
     }
+    drifts = any(stretch.mean_wind for stretch in result.stretches)
     after, ref_after = result.design_after, result.reference_after
     return {
         "case": result.case.name,
@@ -51,8 +55,10 @@ def learning_document(result: LearningResult, settings: Mapping[str, Any]) -> di
         "rotations": [_rotation(result, row) for row in range(result.record.rotations)],
         "baseline": _constant(result.baseline),
         "start": _constant(result.start),
-        "design": _design(result.design, result.reference),
-        "design_after": None if after is None or ref_after is None else _design(after, ref_after),
+        "design": _design(result.design, result.reference, mean_wind=drifts),
+        "design_after": None
+        if after is None or ref_after is None
+        else _design(after, ref_after, mean_wind=False),
         "cut_at_20": result.cut(_LATE),
         "ratio_to_design": _at(result.ratio),
         "ratio_to_design_from_start": _at(result.ratio_from_start),
@@ -70,6 +76,37 @@ def learning_document(result: LearningResult, settings: Mapping[str, Any]) -> di
 def learning_csv(document: Mapping[str, Any]) -> str:
     """The rotations of a document as a table, one row each."""
     return records_csv(document["rotations"])
+
+
+def learned_profiles(result: LearningResult, settings: Mapping[str, Any]) -> ProfileSet:
+    """The learned profile beside the references of the last wind, as ``pitchopt export`` takes it.
+
+    Raises
+    ------
+    InputError
+        If each blade has a profile of its own.
+    """
+    learned = result.learned
+    if learned.profile.ndim != 1:
+        raise InputError("profiles: got one for each blade, expected one for all")
+    ref = result.reference_after or result.reference
+    known = profile_set(
+        ref.best,
+        ref.power_max,
+        [ref.design],
+        blades=result.case.blades,
+        rotor_speed=result.rotor_speed,
+        settings={"case": result.case.name, **settings},
+    )
+    return replace(
+        known,
+        profiles=np.vstack([known.profiles, learned.profile]),
+        labels=(*known.labels, "learned"),
+        mu=np.append(known.mu, np.nan),
+        target=np.append(known.target, np.nan),
+        rotor=np.concatenate([known.rotor, learned.loads[None]]),
+        bending=np.concatenate([known.bending, learned.bending[:1]]),
+    )
 
 
 def _at(ratio: Any) -> dict[str, float | None]:
@@ -116,9 +153,10 @@ def _constant(figures: ProfileFigures) -> dict[str, Any]:
     return {"pitch_deg": float(np.rad2deg(figures.mean_pitch)), **_held(figures)}
 
 
-def _design(figures: ProfileFigures, ref: Reference) -> dict[str, Any]:
+def _design(figures: ProfileFigures, ref: Reference, *, mean_wind: bool) -> dict[str, Any]:
     return {
         "wind_speed": ref.wind_speed,
+        "at_mean_wind": mean_wind,
         "setpoint": ref.setpoint,
         **_held(figures),
         "status": ref.design.status.value,

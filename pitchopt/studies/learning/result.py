@@ -131,6 +131,11 @@ class LearningResult:
         return self.reference.design.azimuth
 
     @property
+    def rotor_speed(self) -> float:
+        """Rotor speed in the last wind [rad/s]."""
+        return self.case.with_values({"wind.speed": float(self.winds[-1])}).rotor_speed
+
+    @property
     def practice(self) -> int:
         """Rotations of the experiment."""
         return len(self.record.experiment)

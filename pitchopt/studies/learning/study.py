@@ -14,6 +14,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from ilc import (
     LearningError,
     Record,
     Sensors,
+    load_state,
     run,
 )
 from ilc.analysis import contraction
@@ -91,6 +93,8 @@ def learn(
     """
     study = _Study(case, LearningSettings() if settings is None else settings, progress)
     try:
+        if checkpoint is not None and Path(checkpoint).exists():
+            load_state(checkpoint)  # so that a file that is none is refused at once
         return study.result(checkpoint)
     except LearningError as error:
         raise InputError(str(error)) from error
@@ -159,6 +163,8 @@ class _Study:
         if begins is None or getattr(wind, begins) >= last:
             return None
         assert isinstance(wind, (WindStep, WindRamp))
+        if not wind.change:
+            return None
         return wind.speed + wind.change
 
     @cached_property
