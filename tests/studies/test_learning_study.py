@@ -347,6 +347,13 @@ def test_the_learner_knows_the_actuators_and_no_stall(case):
     assert told["step"] == pytest.approx(limits.step(36), rel=1e-12)
 
 
+def test_every_profile_keeps_the_actuators_limits(stepped):
+    limits = stepped.case.pitch_limits
+    for profile in (*stepped.record.experiment.profile, *stepped.record.learning.profile):
+        assert limits.lower <= profile.min() and profile.max() <= limits.upper
+        assert np.abs(np.roll(profile, -1) - profile).max() <= limits.step(36) * (1 + 1e-9)
+
+
 def test_the_rate_is_that_of_the_fastest_rotor():
     """Below rated the rotor turns faster in more wind."""
     from pitchopt.studies.learning.study import _Study
