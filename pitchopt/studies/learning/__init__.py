@@ -8,9 +8,10 @@ from pitchopt.studies.learning.document import (
     learning_document,
 )
 from pitchopt.studies.learning.figures import ProfileFigures
+from pitchopt.studies.learning.loop import Loop
 from pitchopt.studies.learning.plant import BladeDifference, StaticPlant
 from pitchopt.studies.learning.references import Reference, SetpointSchedule, reference
-from pitchopt.studies.learning.result import LearningResult, Loop, Stretch
+from pitchopt.studies.learning.result import LearningResult, Stretch
 from pitchopt.studies.learning.settings import LearningSettings
 from pitchopt.studies.learning.study import learn
 from pitchopt.studies.learning.tasks import WindTasks

@@ -17,11 +17,12 @@ from ilc import Record
 from pitchopt.cases import Case
 from pitchopt.checks import FloatArray
 from pitchopt.studies.learning.figures import ProfileFigures
+from pitchopt.studies.learning.loop import Loop
 from pitchopt.studies.learning.references import Reference
 from pitchopt.studies.learning.settings import LearningSettings
 from pitchopt.studies.learning.wind import WindStep
 
-__all__ = ["LearningResult", "Loop", "Stretch"]
+__all__ = ["LearningResult", "Stretch"]
 
 RECOVERED = 1.3
 """Ratio to the new design at which a learner has recovered from a change of wind."""
@@ -52,29 +53,6 @@ class Stretch:
     design: ProfileFigures
     constant: ProfileFigures
     mean_wind: bool = False
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Loop:
-    """How fast the paper's learner approaches its fixed point, over the rotor positions.
-
-    Attributes
-    ----------
-    azimuth : ndarray (P,)
-        Azimuth of blade 1 [rad].
-    estimated : ndarray (P,)
-        Factor on the distance of the pitch in a passage, by the Jacobian of the experiment.
-    true : ndarray (P,)
-        The same by the plant's own Jacobian at the last profile.
-    estimated_jacobian, true_jacobian : ndarray (P, 4, B)
-        The Jacobians [load/rad].
-    """
-
-    azimuth: FloatArray
-    estimated: FloatArray
-    true: FloatArray
-    estimated_jacobian: FloatArray
-    true_jacobian: FloatArray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

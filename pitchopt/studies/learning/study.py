@@ -31,16 +31,16 @@ from ilc import (
     load_state,
     run,
 )
-from ilc.analysis import contraction
 from pitchopt.cases import Case
 from pitchopt.checks import FloatArray
 from pitchopt.design import Status
 from pitchopt.design.task import Progress
 from pitchopt.errors import InfeasibleError, InputError
 from pitchopt.studies.learning.figures import ProfileFigures, judged
+from pitchopt.studies.learning.loop import loop_of
 from pitchopt.studies.learning.plant import StaticPlant
 from pitchopt.studies.learning.references import Reference, SetpointSchedule, reference
-from pitchopt.studies.learning.result import LearningResult, Loop, Stretch
+from pitchopt.studies.learning.result import LearningResult, Stretch
 from pitchopt.studies.learning.settings import LearningSettings
 from pitchopt.studies.learning.tasks import WindTasks
 from pitchopt.studies.learning.wind import (
@@ -54,7 +54,6 @@ from pitchopt.studies.learning.wind import (
 __all__ = ["learn"]
 
 _REFERENCE_STEPS = 500  # of the progress; a reference takes as long as some hundred rotations
-_PROBE = 1e-5  # [rad] by which pitch is moved for the plant's own Jacobian
 
 
 def learn(
@@ -361,7 +360,7 @@ class _Study:
             design=self._design(first),
             design_after=None if after is None else self._design(after),
             learned=judged(done.plant, learning.profile[-1], last, weights),
-            loop=self._loop(done, first.design.azimuth),
+            loop=loop_of(done.plant, done.learner, done.record, first.design.azimuth),
             seconds=time.perf_counter() - began,
         )
 
@@ -404,37 +403,3 @@ class _Study:
             for begins, ends, ref in spans
             if begins <= ends
         )
-
-    def _loop(self, done: _Run, azimuth: FloatArray) -> Loop | None:
-        """Contraction of the paper's learner by both Jacobians."""
-        learner = done.learner
-        if not isinstance(learner, FixedLearner):
-            return None
-        rest = (learner.gain, learner.weights, learner.learning_rate)
-        own = self._jacobian(done)
-        return Loop(
-            azimuth=azimuth[: self.layout.tracked],
-            estimated=contraction(learner.jacobian, *rest).pitch,
-            true=contraction(own, *rest).pitch,
-            estimated_jacobian=learner.jacobian,
-            true_jacobian=own,
-        )
-
-    def _jacobian(self, done: _Run) -> FloatArray:
-        """The plant's own Jacobian (P, 4, B) at the last profile, by central differences.
-
-        Each blade's whole profile is moved, so that pitch rates stay as they are.
-        """
-        blades = self.layout.blades
-        profile = done.record.learning.profile[-1]
-        own = np.array(np.broadcast_to(profile, (blades, self.layout.stations)))
-        first = int(done.record.learning.last_passage[-1]) - (blades - 1)
-        out = np.zeros((self.layout.tracked, 4, blades))
-        for number in range(first, first + self.layout.dwell):
-            rows, _ = self.layout.visit(number)
-            for blade in range(blades):
-                move = np.zeros((blades, 1))
-                move[blade] = _PROBE
-                up, down = (done.plant.passage(own + s * move, number) for s in (1.0, -1.0))
-                out[rows, :, blade] = ((up - down) / (2 * _PROBE)).T
-        return out
