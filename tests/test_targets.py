@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pitchopt import compared, load_case, tradeoff
+from pitchopt.studies.learning import LearningSettings, WindStep, learn
 
 RATED = 5_296_610.0 / (12.1 * np.pi / 30.0)  # torque of the NREL 5 MW at rated speed [N m]
 
@@ -94,3 +95,31 @@ def test_the_rotor_model_confirms_the_curves(above_rated):
     assert np.all(np.abs(at_stations - predicted) < 0.02)
     assert np.all(np.abs(between - predicted) < 0.05)
     assert seen[0].mean[0] == pytest.approx(RATED, rel=1e-3)
+
+
+STEP = WindStep(speed=15.0, change=2.0, rotation=22)
+
+
+@pytest.fixture(scope="module")
+def learned():
+    return learn(load_case("biegel2011"), LearningSettings(rotations=30, wind=STEP))
+
+
+def test_the_adaptive_learner_reaches_the_design_in_ten_rotations(learned):
+    assert learned.ratio(10) <= 1.15
+    assert learned.recovery_rotations is not None
+    assert learned.recovery_rotations <= 5
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_the_adaptive_learner_in_noise(seed):
+    """2 % of the starting RMS in what it measures; judged on exact loads."""
+    settings = LearningSettings(rotations=10, noise=0.02, seed=seed)
+    assert learn(load_case("biegel2011"), settings).ratio(10) <= 2
+
+
+def test_the_papers_learner_does_what_the_paper_says():
+    result = learn(load_case("biegel2011"), LearningSettings(rotations=20, learner="paper"))
+    assert result.cut(20) >= 0.91
+    learning = result.record.learning
+    assert learning.mean_torque[19] == pytest.approx(learning.setpoint[19], rel=0.01)

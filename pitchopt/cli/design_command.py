@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pitchopt.cases import Case
     from pitchopt.design import Certificate, Design, DesignTask
 
-__all__ = ["Solved", "command", "goal_options", "solve"]
+__all__ = ["Solved", "command", "goal_options", "rated_torque", "solve"]
 
 _EPILOG = """\b
 Examples:
@@ -96,7 +96,7 @@ def solve(case: Case, options: dict[str, Any]) -> Solved:
             raise InputError(f"--mu: got {len(goals['mu'])} numbers, expected one")
         (goals["mu"],) = goals["mu"]
     if goals.get("mean_torque") == "rated":
-        goals["mean_torque"] = _rated_torque(case)
+        goals["mean_torque"] = rated_torque(case)
     settings = case.settings()
     task = case.task()
     from pitchopt.cli.certify import certify_record, proof_settings
@@ -143,7 +143,8 @@ def _resumed(path: str | None) -> Certificate | None:
     return trees[0]
 
 
-def _rated_torque(case: Case) -> float:
+def rated_torque(case: Case) -> float:
+    """Torque of the case's turbine at rated power and rotor speed [N m]."""
     turbine = case.turbine_data
     torque = None if turbine is None else turbine.rated_torque
     if torque is None:

@@ -14,7 +14,23 @@ import click
 
 from pitchopt.errors import InputError
 
-__all__ = ["Given", "Option", "as_share", "case_value", "numbers", "positive", "torque", "whole"]
+__all__ = [
+    "Given",
+    "Option",
+    "as_share",
+    "as_share_or_none",
+    "between",
+    "case_value",
+    "numbers",
+    "positive",
+    "torque",
+    "whole",
+    "wind_drift",
+    "wind_ramp",
+    "wind_step",
+]
+
+DRIFT_ROTATIONS = 20.0
 
 Parser = Callable[[str, str], Any]
 """From the option's name and the text that it was given to the value, or an `InputError`."""
@@ -69,14 +85,29 @@ def case_value(field: str) -> Parser:
 
 def as_share(name: str, text: str) -> float:
     """Share between 0 and 1 of ``2%``, ``2 %`` or ``0.02``."""
-    body = text.strip()
-    percent = body.endswith("%")
-    share = _number(body.removesuffix("%").strip()) / (100.0 if percent else 1.0)
+    share = _share(text)
     if not 0.0 < share < 1.0:
         raise InputError(
             f"{name}: got {text!r}, expected a share above 0 and below 100 %, such as 2% or 0.02"
         )
     return share
+
+
+def as_share_or_none(name: str, text: str) -> float:
+    """The same, 0 included."""
+    share = _share(text)
+    if not 0.0 <= share < 1.0:
+        raise InputError(
+            f"{name}: got {text!r}, expected a share of 0 or more and below 100 %, such as 2% or "
+            "0.02"
+        )
+    return share
+
+
+def _share(text: str) -> float:
+    body = text.strip()
+    percent = body.endswith("%")
+    return _number(body.removesuffix("%").strip()) / (100.0 if percent else 1.0)
 
 
 def numbers(name: str, text: str) -> tuple[float, ...]:
@@ -112,6 +143,59 @@ def whole(low: int, high: int) -> Parser:
         return value
 
     return parse
+
+
+def between(low: float, high: float, unit: str) -> Parser:
+    """Parser of numbers from `low` to `high`, both included."""
+
+    def parse(name: str, text: str) -> float:
+        value = _number(text)
+        if not low <= value <= high:
+            raise InputError(
+                f"{name}: got {text!r}, expected a number from {low:g} to {high:g} [{unit}]"
+            )
+        return value
+
+    return parse
+
+
+def wind_step(name: str, text: str) -> tuple[int, float]:
+    """Rotation and change of wind speed [m/s] of ``22:+2``."""
+    when, _, change = text.partition(":")
+    if not (when.strip().isdecimal() and math.isfinite(_number(change))):
+        raise InputError(
+            f"{name}: got {text!r}, expected ROTATION:CHANGE, such as 22:+2 for 2 m/s more after "
+            "22 rotations"
+        )
+    return int(when), _number(change)
+
+
+def wind_ramp(name: str, text: str) -> tuple[int, int, float]:
+    """First and last rotation and change of wind speed [m/s] of ``20-30:+2``."""
+    when, _, change = text.partition(":")
+    first, _, last = (part.strip() for part in when.partition("-"))
+    if not (
+        first.isdecimal()
+        and last.isdecimal()
+        and int(first) < int(last)
+        and math.isfinite(_number(change))
+    ):
+        raise InputError(
+            f"{name}: got {text!r}, expected FIRST-LAST:CHANGE, such as 20-30:+2 for 2 m/s more "
+            "from rotation 20 to 30"
+        )
+    return int(first), int(last), _number(change)
+
+
+def wind_drift(name: str, text: str) -> tuple[float, float]:
+    """Standard deviation [m/s] and correlation in rotations of ``0.5`` or ``0.5:20``."""
+    std, colon, rotations = text.partition(":")
+    values = _number(std), _number(rotations) if colon else DRIFT_ROTATIONS
+    if not all(math.isfinite(value) and value > 0 for value in values):
+        raise InputError(
+            f"{name}: got {text!r}, expected STD or STD:ROTATIONS, both above 0, such as 0.5:20"
+        )
+    return values
 
 
 def positive(high: float, unit: str) -> Parser:

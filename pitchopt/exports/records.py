@@ -28,6 +28,7 @@ __all__ = [
     "design_document",
     "design_record",
     "document_text",
+    "records_csv",
     "tradeoff_csv",
     "tradeoff_document",
 ]
@@ -225,15 +226,26 @@ def tradeoff_csv(records: Sequence[Mapping[str, Any]], knee: int | None) -> str:
     knee : int or None
         Row that is marked in the column ``knee``.
     """
+    left_out = ("target", "message")
+    return records_csv(
+        [
+            {key: value for key, value in record.items() if key not in left_out}
+            | {"knee": int(number == knee)}
+            for number, record in enumerate(records)
+        ]
+    )
+
+
+def records_csv(records: Sequence[Mapping[str, Any]]) -> str:
+    """Table of records: one row each, what a mapping holds as columns of their own."""
     flat = []
-    for number, record in enumerate(records):
+    for record in records:
         row: dict[str, Any] = {}
         for key, value in plain(record).items():
             if isinstance(value, dict):
                 row.update({f"{key}_{name}": item for name, item in value.items()})
-            elif key not in ("target", "message"):
+            else:
                 row[key] = value
-        row["knee"] = int(number == knee)
         flat.append(row)
     columns = list(dict.fromkeys(key for row in flat for key in row))
     text = io.StringIO()

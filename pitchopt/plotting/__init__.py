@@ -7,11 +7,20 @@ matplotlib's settings.  `figures` puts several of them on one page.
 from __future__ import annotations
 
 from pitchopt.plotting.figures import (
+    contraction_figure,
+    learned_profiles_figure,
+    learning_figure,
     loads_figure,
     png,
     profiles_figure,
     several_figures,
     tradeoff_figure,
+)
+from pitchopt.plotting.learning import (
+    plot_contraction,
+    plot_learned_profiles,
+    plot_learning,
+    plot_torque,
 )
 from pitchopt.plotting.passage import plot_loads, plot_profiles
 from pitchopt.plotting.polar import plot_polar_fit
@@ -20,12 +29,19 @@ from pitchopt.plotting.tradeoff import plot_tradeoff
 from pitchopt.plotting.wind import plot_wind_field
 
 __all__ = [
+    "contraction_figure",
+    "learned_profiles_figure",
+    "learning_figure",
     "loads_figure",
+    "plot_contraction",
+    "plot_learned_profiles",
+    "plot_learning",
     "plot_loads",
     "plot_polar_fit",
     "plot_profiles",
     "plot_regrets",
     "plot_several_profiles",
+    "plot_torque",
     "plot_tradeoff",
     "plot_wind_field",
     "png",

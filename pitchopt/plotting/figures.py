@@ -1,4 +1,4 @@
-"""Whole figures of a trade-off or a design, and their PNG files.
+"""Whole figures of a trade-off, a design or a learning run, and their PNG files.
 
 They use no pyplot, hence no state that others share, and return figures; `png` renders one.
 """
@@ -10,6 +10,14 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from pitchopt.aero.curves import LOADS
+from pitchopt.plotting.learning import (
+    LearningLike,
+    LoopLike,
+    plot_contraction,
+    plot_learned_profiles,
+    plot_learning,
+    plot_torque,
+)
 from pitchopt.plotting.passage import plot_loads, plot_profiles
 from pitchopt.plotting.several import plot_regrets, plot_several_profiles
 from pitchopt.plotting.tradeoff import plot_tradeoff
@@ -21,7 +29,16 @@ if TYPE_CHECKING:
     from pitchopt.design.results import Design, Tradeoff
     from pitchopt.design.several_results import Several
 
-__all__ = ["loads_figure", "png", "profiles_figure", "several_figures", "tradeoff_figure"]
+__all__ = [
+    "contraction_figure",
+    "learned_profiles_figure",
+    "learning_figure",
+    "loads_figure",
+    "png",
+    "profiles_figure",
+    "several_figures",
+    "tradeoff_figure",
+]
 
 
 def _figure(width: float, height: float) -> Figure:
@@ -74,6 +91,33 @@ def several_figures(result: Several, *, title: str = "") -> tuple[Figure, Figure
     plot_regrets(result, ax=regrets.add_subplot())
     regrets.suptitle(title, x=0.01, ha="left", fontsize="medium")
     return profiles, regrets
+
+
+def learning_figure(result: LearningLike, *, weights_name: str = "unit", title: str = "") -> Figure:
+    """Load above, torque below, over the same rotations (paper 003, figure 8)."""
+    figure = _figure(7.6, 6.6)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    plot_learning(result, weights_name=weights_name, ax=above)
+    above.set_xlabel("")
+    plot_torque(result, ax=below)
+    figure.suptitle(title, x=0.01, ha="left", fontsize="medium")
+    return figure
+
+
+def learned_profiles_figure(result: LearningLike, *, title: str = "") -> Figure:
+    """Starting pitch, learned profile and design."""
+    figure = _figure(6.8, 4.4)
+    plot_learned_profiles(result, ax=figure.add_subplot())
+    figure.suptitle(title, x=0.01, ha="left", fontsize="medium")
+    return figure
+
+
+def contraction_figure(loop: LoopLike, *, title: str = "") -> Figure:
+    """Contraction of the paper's learner over the rotor positions."""
+    figure = _figure(6.8, 4.0)
+    plot_contraction(loop, ax=figure.add_subplot())
+    figure.suptitle(title, x=0.01, ha="left", fontsize="medium")
+    return figure
 
 
 def png(figure: Figure, *, dpi: int = 150) -> bytes:

@@ -28,6 +28,7 @@ WRITES = {
         "11_regrets_regret.png",
     ],
     "12_schedule": ["12_schedule.csv"],
+    "13_learning": ["13_adaptive.png", "13_paper.png"],
 }
 
 

@@ -135,6 +135,11 @@ class StaticPlant:
         assert self.wind is not None  # set in __post_init__
         return self.wind
 
+    @property
+    def stations(self) -> int:
+        """N = B m."""
+        return self.blades * self.positions
+
     def wind_speed(self, number: int) -> float:
         """Wind speed of passage `number` [m/s]."""
         return self._wind.at((number - self.offset) / self.blades)
@@ -161,6 +166,35 @@ class StaticPlant:
         """
         placed, number = self._placed(profile, number)
         return self._interpolated(number, lambda speed: self._loads(speed, placed, number))
+
+    def rotation(self, profile: ArrayLike, number: int) -> FloatArray:
+        """Loads of B passages from `number` on, all at the wind speed of that one.
+
+        Returns
+        -------
+        ndarray (4, N)
+            Torque, tilt, yaw [N m] and thrust [N] of the rotor, passage after passage.
+        """
+        _, number = self._placed(profile, number)
+        turns = [self._placed(profile, number + j) for j in range(self.blades)]
+        return self._interpolated(
+            number,
+            lambda speed: np.hstack([self._loads(speed, placed, at) for placed, at in turns]),
+        )
+
+    def bending(self, profile: ArrayLike, number: int) -> FloatArray:
+        """Bending moment of every blade at the stations, at the wind speed of a passage.
+
+        Returns
+        -------
+        ndarray (B, N)
+            About the rotor centre [N m].
+        """
+        number = whole_number("number", number, at_least=0)
+        own = np.array(np.broadcast_to(self._checked(profile), (self.blades, self.stations)))
+        if self.difference is not None:
+            own[self.difference.blade - 1] += self.difference.pitch_offset
+        return self._interpolated(number, lambda speed: self._bending(speed, own))
 
     def outside(self, profile: ArrayLike, number: int) -> int:
         """Samples of a passage, of B m, at which a blade's pitch is beyond what design admits.
@@ -196,16 +230,21 @@ class StaticPlant:
             for chord in self._chords
         ]
 
-    def _placed(self, profile: ArrayLike, number: int) -> tuple[_Placed, int]:
-        """Every station's pitch and rate, of the blade that stands there in a passage."""
-        number = whole_number("number", number, at_least=0)
-        blades, stations = self.blades, self.blades * self.positions
+    def _checked(self, profile: ArrayLike) -> FloatArray:
+        """Pitch (N,) or (B, N) [rad]."""
+        blades, stations = self.blades, self.stations
         shape = np.shape(profile)
         if shape not in ((stations,), (blades, stations)):
             raise InputError(
                 f"profile: got shape {shape}, expected ({stations},) or ({blades}, {stations})"
             )
-        own = finite_array("profile", profile, shape=shape)
+        return finite_array("profile", profile, shape=shape)
+
+    def _placed(self, profile: ArrayLike, number: int) -> tuple[_Placed, int]:
+        """Every station's pitch and rate, of the blade that stands there in a passage."""
+        number = whole_number("number", number, at_least=0)
+        blades = self.blades
+        own = self._checked(profile)
         curves = self._curves(self._wind.speed)[0]
         rows = [own] if own.ndim == 1 else list(own)
         rates = np.array([curves.profile_rate(row) for row in rows])
@@ -232,6 +271,17 @@ class StaticPlant:
             for curves in self._curves(speed)
         ]
         return np.asarray(self._merged(parts, number).sum(axis=1))
+
+    def _bending(self, speed: float, own: FloatArray) -> FloatArray:
+        """Bending of every blade (B, N) at an exact wind speed, from the blades' own pitch."""
+        kinds = self._curves(speed)
+        out = []
+        for blade, pitch in enumerate(own, start=1):
+            differs = self.difference is not None and blade == self.difference.blade
+            curves = kinds[-1] if differs else kinds[0]
+            rate = curves.rates * curves.profile_rate(pitch)
+            out.append((curves.contributions(pitch) + rate)[4])
+        return np.array(out)
 
     def _beyond(self, speed: float, placed: _Placed, number: int) -> FloatArray:
         """One where a station's pitch is outside the curve there, else zero, (1, B, m)."""

@@ -84,6 +84,8 @@ class Reference:
         Mean torque to be held [N m].
     best : Design
         The constant pitch of largest mean torque.
+    power_max : Design
+        The profile of largest mean torque.
     constant : Design
         The constant pitch with the set-point's mean torque, of the two the one with less
         weighted RMS; `best` where no constant pitch gives that much.  A run starts from it.
@@ -97,6 +99,7 @@ class Reference:
     wind_speed: float
     setpoint: float
     best: Design
+    power_max: Design
     constant: Design
     design: Design
     operating_pitch: float
@@ -159,6 +162,7 @@ def reference(
         wind_speed=speed,
         setpoint=setpoint,
         best=best,
+        power_max=found.power_max,
         constant=min(constants, key=lambda one: one.rms_weighted),
         design=found.design,
         operating_pitch=operating,

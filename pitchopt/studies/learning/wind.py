@@ -23,6 +23,7 @@ from pitchopt.checks import FloatArray, finite_array, finite_number, whole_numbe
 from pitchopt.errors import InputError
 
 __all__ = [
+    "DRIFT_CUT",
     "ConstantWind",
     "WindDrift",
     "WindRamp",
@@ -31,7 +32,9 @@ __all__ = [
     "interpolated",
 ]
 
-_CUT = 3.0  # standard deviations at which a drift is cut off
+DRIFT_CUT = 3.0
+"""Standard deviations at which a drift is cut off."""
+
 _LARGEST_STD = 0.2  # share of the speed, so that the cut-off drift stays above 0
 _ON_GRID = 1e-9  # share of the spacing
 _BLOCK = 1024  # rotations of drift drawn at a time
@@ -187,7 +190,7 @@ class WindDrift:
         path = _drift(self.rotations_correlation, self.seed, blocks)
         share = rotation - whole
         place = (1 - share) * path[whole] + share * path[whole + 1]
-        return self.speed + self.std * float(np.clip(place, -_CUT, _CUT))
+        return self.speed + self.std * float(np.clip(place, -DRIFT_CUT, DRIFT_CUT))
 
 
 def interpolated(
