@@ -34,7 +34,7 @@ from ilc.layout import Layout
 
 __all__ = ["LocalModel"]
 
-RESIDUAL = 0.3
+RESIDUAL = 0.15
 _LEAST_NOISE = 1e-8  # variance in units of the starting RMS squared
 _LEAST_DRIFT = 1e-10  # the same, of the value between two passages
 _UNEXPLAINED = 1.5  # ratio of innovations to their variance above which P is raised
