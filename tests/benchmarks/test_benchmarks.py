@@ -29,6 +29,10 @@ FIGURES = {
         "exponent, positions": ["exponent_run", "exponent_subproblem", "exponent_bound", "aim"],
         "largest": ["seconds", "point_seconds_aim", "bound_seconds", "peak_memory_mb"],
     },
+    "learning": {
+        "time of a rotation": ["milliseconds", "milliseconds_rate_binding", "milliseconds_aim"],
+        "learner x condition": ["ratio_median_at_10", "ratio_worst_at_10", "seeds"],
+    },
     "robust": {
         "design": ["cpu_seconds", "cpu_seconds_own_optima", "gap_percent", "largest_regret"],
         "exponent": ["exponent_design", "exponent_joint", "exponent_bound", "exponent_regret"],
