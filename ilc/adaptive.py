@@ -50,7 +50,7 @@ _CALMER = 0.1  # share of boldness that a passage keeps of the one before it in 
 _LESS = 0.99  # a rotation below this share of the best so far was worth it
 _GROW, _SHRINK = 1.3, 0.4
 _SURPRISE = 225.0  # innovations of 15 times their expected size
-_WORSE = 3.0  # and loads of three times the best
+_WORSE = 10.0  # and loads of ten times the best
 
 
 def harmonic_basis(layout: Layout, harmonics: int) -> FloatArray:

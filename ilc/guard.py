@@ -3,6 +3,8 @@
 It looks at the weighted AC load once a rotation.  When that has grown `patience` rotations in
 succession and is above the best one by a tenth and by several times what it usually changes from
 rotation to rotation, the best profile is to be taken back.  Noise makes loads grow too, but not so.
+A change of the wind makes them grow for whatever profile: if the best one turns out to be worse
+than the one that was left for it, that one is to be gone on with.
 """
 
 from __future__ import annotations
@@ -35,6 +37,8 @@ class Guard:
         """Start afresh, as when the set-point changes."""
         self.best: FloatArray | None = None
         self.best_load = np.inf
+        self.left: FloatArray | None = None
+        self.left_load = np.inf
         self._last = np.inf
         self._grown = 0
         self._change = 0.0  # running mean of the change between rotations
@@ -59,6 +63,7 @@ class Guard:
         most = max(_EXCESS * self.best_load, self.best_load + _SCATTER * self._change)
         if self._grown >= self.patience and load > most:
             self._grown = 0
+            self.left, self.left_load = profile.copy(), load
             return True
         return False
 
@@ -68,15 +73,18 @@ class Guard:
 
     def state(self) -> dict[str, FloatArray]:
         """All that :meth:`restore` needs."""
-        best = np.empty(0) if self.best is None else self.best
+        numbers = [self.best_load, self.left_load, self._last, float(self._grown), self._change]
+        profiles = {"best": self.best, "left": self.left}
         return {
-            "best": best.copy(),
-            "numbers": np.array([self.best_load, self._last, float(self._grown), self._change]),
+            **{name: np.empty(0) if p is None else p.copy() for name, p in profiles.items()},
+            "numbers": np.array(numbers),
         }
 
     def restore(self, state: dict[str, FloatArray]) -> None:
         """Go on from :meth:`state`."""
-        best = np.asarray(state["best"], dtype=np.float64)
-        self.best = best.copy() if best.size else None
-        self.best_load, self._last, grown, self._change = map(float, state["numbers"])
+        best, left = (np.array(state[name], dtype=np.float64) for name in ("best", "left"))
+        self.best, self.left = best if best.size else None, left if left.size else None
+        self.best_load, self.left_load, self._last, grown, self._change = map(
+            float, state["numbers"]
+        )
         self._grown = int(grown)

@@ -31,7 +31,9 @@ __all__ = ["Learner", "Samples", "State", "ac_load"]
 State = dict[str, np.ndarray]
 """What a learner knows, as arrays that one NPZ file holds."""
 
-_OTHER = 0.01  # relative change of the set-point with which learning starts anew
+_OTHER = 0.05  # relative change of the set-point at once with which learning starts anew
+_STALE = 0.01  # and change in all with which the best profile's load is no measure any more
+_FAR_WORSE = 2.0  # on the way back to the best profile
 _LEAST_SHARE = 0.5  # of the samples of a passage
 _ABSURD = 1e30  # no load of any rotor; its square is still a number
 
@@ -123,6 +125,7 @@ class Learner(ABC):
         if excess > 1e-12:
             raise LearningError(f"start: breaks the limits by {excess:.3g} rad")
         self._setpoint = number("setpoint", setpoint)
+        self._guarded = self._setpoint  # the set-point that the guard's best load belongs to
         self._offsets = perturbations(layout, self.amplitude)
         self._now = self._start.copy()
         self._before = self._start.copy()
@@ -164,13 +167,14 @@ class Learner(ABC):
     @setpoint.setter
     def setpoint(self, value: float) -> None:
         value = number("setpoint", value)
-        other = abs(value - self._setpoint) > _OTHER * abs(self._setpoint)
+        if abs(value - self._setpoint) > _OTHER * abs(self._setpoint):
+            self._setpoint_changed()
         self._setpoint = value
-        if other:
+        if abs(value - self._guarded) > _STALE * abs(self._guarded):
+            self._guarded = value
             self._guard.forget()  # loads under the old set-point are no measure any more
             self._rotation_loads.clear()
             self._holding = 0
-            self._setpoint_changed()
 
     def tell(self, loads: ArrayLike) -> None:
         """Take in the loads of the passage made with :attr:`profile`, and move on.
@@ -273,9 +277,17 @@ class Learner(ABC):
         last = (self.passages + 1 - self.experiment_passages) % self.layout.blades == 0
         if self._holding:
             assert self._guard.best is not None  # it is what is held
+            assert self._guard.left is not None
             self._holding -= 1
             wish = self._guard.best
-            if not self._holding and self._rotation_loads:
+            there = self._holding < self.layout.blades  # a rotation is enough to get there
+            if load > self._guard.left_load * (1.0 if there else _FAR_WORSE):
+                self._say("the best profile is worse now: on with the one that was left")
+                wish = self._guard.left
+                self._holding = 0
+                self._guard.forget()
+                self._rotation_loads.clear()
+            elif not self._holding and self._rotation_loads:
                 self._guard.returned(self._rotation_loads[-1])
                 self._rotation_loads.clear()
         elif last and self._rotation_loads:
@@ -320,7 +332,7 @@ class Learner(ABC):
             "settings": np.array(json.dumps(self.settings())),
             "events": np.array(json.dumps(self.events)),
             "counts": np.array([self.passages, self._holding]),
-            "setpoint": np.array(self._setpoint),
+            "setpoint": np.array([self._setpoint, self._guarded]),
             "start": self._start.copy(),
             "now": self._now.copy(),
             "before": self._before.copy(),
@@ -351,7 +363,7 @@ class Learner(ABC):
                 for name in ("start", "now", "before", "pitch", "seen")
             }
             loads = [float(value) for value in state["rotation_loads"]]
-            setpoint = number("setpoint", float(state["setpoint"]))
+            setpoint = array_of("setpoint", state["setpoint"], (2,))
             guard = part(state, "guard.")
             own = part(state, "model.")
         except StateError:
@@ -365,8 +377,8 @@ class Learner(ABC):
             raise StateError(f"state: damaged ({error})") from error
         for name, value in arrays.items():
             setattr(self, "_" + name, value)
-        if holding and self._guard.best is None:
+        if holding and (self._guard.best is None or self._guard.left is None):
             raise StateError("state: damaged (a profile is held that is not there)")
-        self._setpoint = setpoint
+        self._setpoint, self._guarded = map(float, setpoint)
         self.passages, self._holding = passages, holding
         self._rotation_loads, self.events = loads, events
