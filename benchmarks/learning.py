@@ -7,7 +7,8 @@ biegel2011.  An answer of the plant is drawn beforehand, so that nothing else is
 Table: learner x plant condition on two cases, 20 seeds each (one where nothing is random).
 Figures are the weighted RMS of the exact loads in the last passage of a rotation over that of the
 model-based design with the same mean torque, at rotations 10 and 20 after the experiment, median
-and worst; and for a step of the wind the rotations until it is within 1.3 of the new design.  Both
+and worst; and for a change of the wind the rotations from its begin until it is within 1.3 of the new
+design, and the ratio to that ten rotations after its begin.  Both
 learners start from the same constant pitch, with the same experiment and the same noise.
 
     python benchmarks/learning.py [--quick] [--out FILE.json]
@@ -41,6 +42,7 @@ class Condition:
     delay: int = 0
     dropout: float = 0.0
     step: float = 0.0
+    over: int = 0
     drift: float = 0.0
     offset_deg: float = 0.0
     separate: bool = False
@@ -63,6 +65,8 @@ CONDITIONS = (
     Condition(name="wind +2 m/s", step=2.0),
     Condition(name="wind +2 m/s, noise 2 %", step=2.0, noise=0.02),
     Condition(name="wind -1 m/s, noise 2 %", step=-1.0, noise=0.02),
+    Condition(name="wind +2 m/s over 10 rotations", step=2.0, over=10),
+    Condition(name="wind +2 m/s over 10 rotations, noise 2 %", step=2.0, over=10, noise=0.02),
     Condition(name="wind drifts, 0.1 m/s, noise 2 %", drift=0.1, noise=0.02),
     Condition(name="actuators 2 deg/s, noise 2 %", pitch_rate_deg=2.0, noise=0.02),
     Condition(name="blade 1 off by 0.5 deg, one profile", offset_deg=0.5),
@@ -111,6 +115,7 @@ class Bench:
             SetpointSchedule,
             StaticPlant,
             WindDrift,
+            WindRamp,
             WindStep,
         )
 
@@ -119,11 +124,15 @@ class Bench:
         wind: Any = ConstantWind(speed=self.speed)
         if condition.step:
             wind = WindStep(speed=self.speed, change=condition.step, rotation=STEP_AT)
+        if condition.over:
+            last = STEP_AT + condition.over
+            wind = WindRamp(speed=self.speed, change=condition.step, first=STEP_AT, last=last)
         if condition.drift:
             wind = WindDrift(
                 speed=self.speed, std=condition.drift, rotations_correlation=30, seed=seed
             )
-        designs = {speed: self.reference(speed) for speed in wind.levels or (self.speed,)}
+        winds = {self.speed, self.speed + condition.step}
+        designs = {speed: self.reference(speed) for speed in winds}
         layout = Layout(blades=case.blades, positions=case.positions, separate=condition.separate)
         kind = {"paper": FixedLearner, "adaptive": AdaptiveLearner}[learner]
         rotor = max(case.with_values({"wind.speed": v}).rotor_speed for v in designs)
@@ -167,7 +176,7 @@ class Bench:
                 seed=seed,
             ),
         )
-        after = designs[wind.levels[-1]] if condition.step else first
+        after = designs[self.speed + condition.step]
         target = np.where(
             np.arange(1, rotations + 1) > STEP_AT,
             after.design.rms_weighted,
