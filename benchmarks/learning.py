@@ -7,9 +7,9 @@ biegel2011.  An answer of the plant is drawn beforehand, so that nothing else is
 Table: learner x plant condition on two cases, 20 seeds each (one where nothing is random).
 Figures are the weighted RMS of the exact loads in the last passage of a rotation over that of the
 model-based design with the same mean torque, at rotations 10 and 20 after the experiment, median
-and worst; and for a change of the wind the rotations from its begin until it is within 1.3 of the new
-design, and the ratio to that ten rotations after its begin.  Both
-learners start from the same constant pitch, with the same experiment and the same noise.
+and worst; and for a change of the wind the rotations from its begin until it is within 1.3 of the
+new design, and the ratio to that ten rotations after its begin.  Both learners start from the same
+constant pitch, with the same experiment and the same noise.
 
     python benchmarks/learning.py [--quick] [--out FILE.json]
 """
