@@ -166,6 +166,17 @@ def test_recovery_counts_rotations_after_the_step(stepped, loads, recovery):
     assert result.recovery_rotations == recovery
 
 
+@pytest.mark.parametrize("left", [0.0, 1e-7])
+def test_no_ratio_to_a_design_that_leaves_only_rounding(stepped, left):
+    design = replace(stepped.design, loads=left * np.array([[-1.0, 1.0]] * 4))
+    stretches = tuple(replace(stretch, design=design) for stretch in stepped.stretches)
+    result = replace(stepped, design=design, stretches=stretches)
+    ratios = [result.ratio(1), result.ratio(20), result.ratio_from_start(1)]
+    assert ratios == [None, None, None]
+    assert result.ratio_from_start(20) is None
+    assert result.recovery_rotations is None
+
+
 def test_no_recovery_without_a_step(fixed):
     assert fixed.recovery_rotations is None
     assert fixed.setpoint_after is None

@@ -24,6 +24,7 @@ from pitchopt.studies.learning.wind import WindStep
 
 __all__ = ["LearningResult", "Stretch"]
 
+_NOTHING = 1e-9  # of the load at the best constant pitch; less is rounding
 RECOVERED = 1.3
 """Ratio to the new design at which a learner has recovered from a change of wind."""
 
@@ -147,9 +148,12 @@ class LearningResult:
         return float(1.0 - self.rms[rotation - 1].sum() / self.baseline.rms_sum)
 
     def ratio(self, rotation: int) -> float | None:
-        """Weighted RMS over that of the design; None where there is no design, or no rotation."""
+        """Weighted RMS over that of the design.
+
+        None where there is no design, no rotation, or nothing but rounding left by the design.
+        """
         stretch = self.stretch(rotation)
-        if stretch is None or stretch.design.rms_weighted <= 0:
+        if stretch is None or not _compares(stretch.design, stretch.constant):
             return None
         return self.record.ratio(rotation, stretch.design.rms_weighted)
 
@@ -158,7 +162,7 @@ class LearningResult:
         learning = rotation - self.practice
         if learning >= 1:
             return self.ratio(learning)
-        if rotation < 1 or self.design.rms_weighted <= 0:
+        if rotation < 1 or not _compares(self.design, self.baseline):
             return None
         return float(self.record.experiment.ac_load[rotation - 1] / self.design.rms_weighted)
 
@@ -189,3 +193,8 @@ class LearningResult:
         practice = self.practice * blades
         counted = [(passage - practice + 1, text) for passage, text in self.record.events]
         return tuple((passage, -(-passage // blades), text) for passage, text in counted)
+
+
+def _compares(design: ProfileFigures, constant: ProfileFigures) -> bool:
+    """True if a design leaves a load that others can be divided by."""
+    return design.rms_weighted > _NOTHING * constant.rms_weighted
