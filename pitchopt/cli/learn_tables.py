@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["print_learning"]
 
-_PAPER_CASE, _PAPER_LOSS = "biegel2011", 0.07
+_PAPER_CASE, _PAPER_LOSS, _PAPER_ROTATION = "biegel2011", 0.07, 20
 _SHOWN = (1, 2, 3, 5, 10, 20)
 _WINDS = {
     "constant": "constant wind",
@@ -43,17 +43,19 @@ def print_learning(case: Case, document: Mapping[str, Any]) -> None:
 
 
 def _like_the_paper(case: Case, learning: Mapping[str, Any]) -> bool:
-    """True for the paper's rotor, wind and set-point."""
+    """True for the paper's rotor and set-point, in one wind up to the rotation of its figures."""
     from pitchopt.cases import builtin_names, load_case
 
-    wind, loss = learning["wind"], learning["max_power_loss"]
+    wind, loss = learning["wind"] or {}, learning["max_power_loss"]
+    changes = wind.get("rotation", wind.get("first", _PAPER_ROTATION))
     return (
         _PAPER_CASE in builtin_names()
         and case == load_case(_PAPER_CASE)
         and loss is not None
         and math.isclose(loss, _PAPER_LOSS)
         and learning["different_blade"] is None
-        and (wind is None or wind["kind"] != "drift")
+        and wind.get("kind") != "drift"
+        and changes >= _PAPER_ROTATION
     )
 
 
@@ -186,7 +188,7 @@ def _lines(document: Mapping[str, Any], learning: Mapping[str, Any]) -> list[str
 def _paper(document: Mapping[str, Any]) -> str:
     """The paper's figures (section VI.E, figure 8) beside ours."""
     rotations, design = document["rotations"], document["design"]
-    late = rotations[19] if len(rotations) >= 20 else None
+    late = rotations[_PAPER_ROTATION - 1] if len(rotations) >= _PAPER_ROTATION else None
     rows = [["", "paper", "here"]]
 
     def add(label: str, paper: str, value: float | None, form: str) -> None:

@@ -130,6 +130,22 @@ def test_the_papers_figures_beside_ours(run):
     assert re.search(r"RMS cut against the best constant pitch \[%\] +91 +9\d\.\d", done.out)
 
 
+@pytest.mark.parametrize(
+    ("wind", "shown"),
+    [
+        (("--wind-step", "20:+2"), True),
+        (("--wind-step", "19:+2"), False),  # rotation 20 and the design would be of two winds
+        (("--wind-ramp", "20-22:+2"), True),
+        (("--wind-ramp", "18-30:+2"), False),
+        (("--wind-drift", "0.1"), False),
+    ],
+)
+def test_the_papers_figures_are_those_of_one_wind(run, wind, shown):
+    done = run("learn", "--rotations", "20", "--no-plots", "--learner", "paper", *wind)
+    assert done.status == 0, done.err
+    assert ("Beside the paper" in done.out) is shown
+
+
 def test_sensor_options_arrive(document):
     plain = document()["settings"]["learning"]
     assert plain["noise"] == plain["quantisation"] == plain["dropout"] == plain["delay"] == 0
