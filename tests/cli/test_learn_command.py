@@ -308,7 +308,7 @@ def test_a_torque_out_of_reach_is_a_failed_computation(run):
         (("--travel-penalty", "5"), r"travel penalty: got"),
         (("--weights", "torque=1,blade=1"), r"weights\.blade: got 1, expected 0"),
         (("--learner", "paper", "--harmonics", "2"), r"harmonics: got 2 with the paper's"),
-        (("--pitch-rate-deg", "0"), r"loads did not answer the pitch"),
+        (("--pitch-rate-deg", "0"), r"limits\.pitch_rate_deg: got 0, expected a rate"),
         (("--case", "none"), r"case: got 'none'"),
         (("surplus",), r"surplus"),
     ],

@@ -531,12 +531,13 @@ def test_bad_settings(given, words):
     [
         ({"objective.harmonics": 2}, {"learner": "paper"}, "harmonics: got 2 with the paper's"),
         ({"objective.harmonics": 0}, {}, "harmonics: got 0"),
-        ({"objective.travel": 1.0}, {}, "travel penalty: got 1"),
+        ({"objective.travel": 1.0}, {}, "travel penalty: got 1 N m/rad, expected 0"),
         ({}, {"wind": ConstantWind(speed=14.0)}, "starts with 14 m/s, expected the case's 15"),
         ({}, {"delay": 13}, "delay: got 13 samples, expected at most the 12"),
         ({}, {"start_pitch": 1.0}, "start pitch: got 57.2958 deg, expected -10 to 45 deg"),
         ({}, {"difference": BladeDifference(blade=4)}, "different blade: got 4"),
-        ({"limits.pitch_rate": 0.0}, {}, "did not answer the pitch"),
+        ({"limits.pitch_rate": 0.0}, {}, "limits.pitch_rate_deg: got 0, expected a rate above 0"),
+        ({"limits.pitch_rate": 1e-9}, {}, "did not answer the pitch"),
     ],
     ids=lambda value: str(value)[:40],
 )
