@@ -45,9 +45,10 @@ def load_state(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
     """
     try:
         with Path(path).open("rb") as stream:
+            if not zipfile.is_zipfile(stream):
+                raise ValueError("not an NPZ file, or cut short")
+            stream.seek(0)
             data = np.load(stream, allow_pickle=False)
-            if isinstance(data, np.ndarray):
-                raise ValueError("one array, not a file of several")
             return {name: data[name] for name in data.files}
     except (
         *(OSError, EOFError, ValueError, NotImplementedError),
