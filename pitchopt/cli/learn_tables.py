@@ -162,10 +162,11 @@ def _lines(document: Mapping[str, Any], learning: Mapping[str, Any]) -> list[str
             )
         )
     last = document["design_after"] or document["design"]
+    constant = document["baseline_after"] or document["baseline"]
     rows = (
         ("learned", document["learned"]),
         ("design", last),
-        ("best constant pitch", document["baseline"]),
+        ("best constant pitch", constant),
     )
     out.append(
         "RMS of a blade's bending: "

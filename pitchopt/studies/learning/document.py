@@ -42,6 +42,7 @@ def learning_document(result: LearningResult, settings: Mapping[str, Any]) -> di
     }
     drifts = any(stretch.mean_wind for stretch in result.stretches)
     after, ref_after = result.design_after, result.reference_after
+    constant_after = result.baseline_after
     return {
         "case": result.case.name,
         "settings": {**settings, "learning": result.settings.plain()},
@@ -54,6 +55,7 @@ def learning_document(result: LearningResult, settings: Mapping[str, Any]) -> di
         },
         "rotations": [_rotation(result, row) for row in range(result.record.rotations)],
         "baseline": _constant(result.baseline),
+        "baseline_after": None if constant_after is None else _constant(constant_after),
         "start": _constant(result.start),
         "design": _design(result.design, result.reference, mean_wind=drifts),
         "design_after": None

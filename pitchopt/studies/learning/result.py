@@ -76,6 +76,8 @@ class LearningResult:
         At the wind that a step or a ramp leads to.
     baseline : ProfileFigures
         Best constant pitch of the starting wind.
+    baseline_after : ProfileFigures or None
+        The same in the wind that a step or a ramp leads to.
     start : ProfileFigures
         The pitch that the run starts from.
     design : ProfileFigures
@@ -97,6 +99,7 @@ class LearningResult:
     reference: Reference
     reference_after: Reference | None
     baseline: ProfileFigures
+    baseline_after: ProfileFigures | None
     start: ProfileFigures
     design: ProfileFigures
     design_after: ProfileFigures | None

@@ -360,6 +360,7 @@ class _Study:
             reference=first,
             reference_after=after,
             baseline=self._constant(first),
+            baseline_after=None if after is None else self._constant(after),
             start=judged(done.plant, constant_start, self.layout.blades - 1, weights),
             design=self._design(first),
             design_after=None if after is None else self._design(after),
