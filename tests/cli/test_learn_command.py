@@ -35,9 +35,10 @@ def test_schema_of_the_document(run, tmp_path):
     assert list(tmp_path.iterdir()) == []
     found = json.loads(done.out)
     assert list(found) == [
-        "case", "settings", "learner", "experiment", "rotations", "baseline", "baseline_after", "start",
-        "design", "design_after", "cut_at_20", "ratio_to_design", "ratio_to_design_from_start",
-        "recovery_rotations", "learned", "events", "setpoint_after", "seconds",
+        "case", "settings", "learner", "experiment", "rotations", "baseline", "baseline_after",
+        "start", "design", "design_after", "cut_at_20", "ratio_to_design",
+        "ratio_to_design_from_start", "recovery_rotations", "learned", "events",
+        "setpoint_after", "seconds",
     ]  # fmt: skip
     assert (found["case"], found["learner"]) == ("biegel2011", "adaptive")
     assert found["settings"]["limits"]["positions"] == 6
