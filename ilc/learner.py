@@ -212,6 +212,7 @@ class Learner(ABC):
                 wish = self._start + self._offsets[following // layout.dwell]
             else:
                 self._identify(self._pitch, self._seen)
+                self._note_start()
                 wish = self._start
         elif enough:
             wish = self._learn(samples)
@@ -268,6 +269,14 @@ class Learner(ABC):
             rows = np.concatenate([past[m - lag :], rows[: m - lag]])
             pitch = np.concatenate([self._before[before[m - lag :]], pitch[: m - lag]])
         return Samples(rows=rows, pitch=pitch, loads=loads)
+
+    def _note_start(self) -> None:
+        """Let the guard know the starting profile by the slots at rest."""
+        rest = ~self._offsets.any(axis=1)
+        loads = [ac_load(seen, self.weights) for seen in self._seen[rest]]
+        known = [load for load in loads if np.isfinite(load)]
+        if known:
+            self._guard.observe(float(np.mean(known)), self._start)
 
     def _watched(self, wish: FloatArray, samples: Samples) -> FloatArray:
         """The wish, or the best profile seen if the AC load keeps growing."""

@@ -113,7 +113,7 @@ class Sensors:
         lost = self._random.random(given.shape) < self.dropout
         lost |= self._random.random() < self.passage_dropout
         steps = np.broadcast_to(self.quantisation[:, None], given.shape)
-        rounded = steps > 0
+        rounded = steps > np.finfo(np.float64).eps * np.abs(measured)  # else too fine to show
         measured[rounded] = np.round(measured[rounded] / steps[rounded]) * steps[rounded]
         stream = np.concatenate([self._lagging, measured], axis=1)
         self._lagging = stream[:, given.shape[1] :].copy()

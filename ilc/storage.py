@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import os
 import uuid
 import zipfile
@@ -45,9 +46,10 @@ def load_state(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
     """
     try:
         with Path(path).open("rb") as stream:
+            if not zipfile.is_zipfile(stream):
+                raise ValueError("not an NPZ file, or cut short")
+            stream.seek(0)
             data = np.load(stream, allow_pickle=False)
-            if isinstance(data, np.ndarray):
-                raise ValueError("one array, not a file of several")
             return {name: data[name] for name in data.files}
     except (
         *(OSError, EOFError, ValueError, NotImplementedError),
@@ -68,6 +70,8 @@ def part(state: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
 def check_settings(name: str, saved: np.ndarray, mine: Mapping[str, Any]) -> None:
     """Refuse a state that was made with other settings.
 
+    Numbers that were computed may differ in their last digits from one processor to another.
+
     Parameters
     ----------
     name : str
@@ -87,6 +91,17 @@ def check_settings(name: str, saved: np.ndarray, mine: Mapping[str, Any]) -> Non
     except (ValueError, TypeError) as error:
         raise StateError(f"{name}: damaged settings ({error})") from error
     ours = json.loads(json.dumps(dict(mine)))
-    other = sorted(key for key in {**ours, **theirs} if ours.get(key) != theirs.get(key))
+    other = sorted(key for key in {**ours, **theirs} if not _same(ours.get(key), theirs.get(key)))
     if other:
         raise StateError(f"{name}: state made with other settings ({', '.join(other)})")
+
+
+def _same(one: object, other: object) -> bool:
+    """Whether two pieces of plain data are the same, numbers to ten digits."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
+    if isinstance(one, list) and isinstance(other, list):
+        return len(one) == len(other) and all(map(_same, one, other))
+    if isinstance(one, float) and isinstance(other, (float, int)):
+        return math.isclose(one, other, rel_tol=1e-10, abs_tol=1e-14)
+    return one == other

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["print_learning"]
 
-_PAPER_CASE, _PAPER_LOSS = "biegel2011", 0.07
+_PAPER_CASE, _PAPER_LOSS, _PAPER_ROTATION = "biegel2011", 0.07, 20
 _SHOWN = (1, 2, 3, 5, 10, 20)
 _WINDS = {
     "constant": "constant wind",
@@ -43,17 +43,19 @@ def print_learning(case: Case, document: Mapping[str, Any]) -> None:
 
 
 def _like_the_paper(case: Case, learning: Mapping[str, Any]) -> bool:
-    """True for the paper's rotor, wind and set-point."""
+    """True for the paper's rotor and set-point, in one wind up to the rotation of its figures."""
     from pitchopt.cases import builtin_names, load_case
 
-    wind, loss = learning["wind"], learning["max_power_loss"]
+    wind, loss = learning["wind"] or {}, learning["max_power_loss"]
+    changes = wind.get("rotation", wind.get("first", _PAPER_ROTATION))
     return (
         _PAPER_CASE in builtin_names()
         and case == load_case(_PAPER_CASE)
         and loss is not None
         and math.isclose(loss, _PAPER_LOSS)
         and learning["different_blade"] is None
-        and (wind is None or wind["kind"] != "drift")
+        and wind.get("kind") != "drift"
+        and changes >= _PAPER_ROTATION
     )
 
 
@@ -95,14 +97,15 @@ def _chosen(document: Mapping[str, Any]) -> list[int]:
 def _table(document: Mapping[str, Any], *, weighted: bool, windy: bool) -> str:
     """References and rotations; a table of curves has no wind speed to show."""
     baseline = document["baseline"]
+    kind = "weighted" if weighted else "sum"
     rows = [
-        ["", "RMS", "RMS", "mean", "set-", "", ""],
-        ["", "weighted" if weighted else "sum", "cut", "torque", "point", "wind", "to design"],
-        ["", "kN m", "%", "kN m", "kN m", "m/s", "-"],
+        ["", "RMS", "RMS", "mean", "set-", "", "to design,", "to design,"],
+        ["", kind, "cut", "torque", "point", "wind", "last passage", "whole rotation"],
+        ["", "kN m", "%", "kN m", "kN m", "m/s", "-", "-"],
     ]
     key = "rms_weighted" if weighted else "rms_sum"
 
-    def row(label: str, record: Mapping[str, Any], ratio: float | None = None) -> list[str]:
+    def row(label: str, record: Mapping[str, Any], *ratios: float | None) -> list[str]:
         setpoint = record.get("setpoint")
         wind = record.get("wind_speed") if windy else None
         cut = 1.0 - record[key] / baseline[key] if baseline[key] > 0 else None
@@ -113,17 +116,18 @@ def _table(document: Mapping[str, Any], *, weighted: bool, windy: bool) -> str:
             number(1e-3 * record["mean_torque"]),
             "-" if setpoint is None else number(1e-3 * setpoint),
             "-" if wind is None else f"{wind:.2f}",
-            "-" if ratio is None else f"{ratio:.2f}",
+            *("-" if ratio is None else f"{ratio:.2f}" for ratio in (*ratios, None, None)[:2]),
         ]
 
     rows.append(row("best constant pitch", baseline))
     rows.append(row("start", document["start"]))
-    rows.append(row("design", document["design"], 1.0))
+    rows.append(row("design", document["design"], 1.0, 1.0))
     if document["design_after"] is not None:
-        rows.append(row("design after the change", document["design_after"], 1.0))
+        rows.append(row("design after the change", document["design_after"], 1.0, 1.0))
     for chosen in _chosen(document):
         rotation = document["rotations"][chosen - 1]
-        rows.append(row(f"rotation {chosen}", rotation, rotation["ratio_to_design"]))
+        ratios = rotation["ratio_to_design"], rotation["ratio_to_design_rotation"]
+        rows.append(row(f"rotation {chosen}", rotation, *ratios))
     return text_table(rows, header=3)
 
 
@@ -139,10 +143,20 @@ def _lines(document: Mapping[str, Any], learning: Mapping[str, Any]) -> list[str
         )
     for at in ("at_10", "at_20"):
         ratio = document["ratio_to_design"][at]
-        whole = document["ratio_to_design_from_start"][at]
+        whole = document["ratio_to_design_rotation"][at]
+        early = document["ratio_to_design_from_start"][at]
         if ratio is not None:
-            rest = "" if whole is None else f" ({whole:.3f} with the experiment counted)"
-            out.append(f"RMS over the design's after {at[3:]} rotations: {ratio:.3f}{rest}")
+            counted = "" if early is None else f", {early:.3f} with the experiment counted"
+            out.append(
+                f"RMS over the design's after {at[3:]} rotations: {ratio:.3f} in the last passage, "
+                f"{whole:.3f} over the whole rotation{counted}"
+            )
+    out += [
+        f"{name.replace('_', ' ')}: {document[name]['status']}, so a better one may exist and "
+        "ratios flatter"
+        for name in ("design", "design_after")
+        if document[name] is not None and document[name]["status"] not in ("exact", "converged")
+    ]
     wind = learning["wind"]
     if wind is not None and wind["kind"] == "step" and document["design_after"] is not None:
         recovery = document["recovery_rotations"]
@@ -160,10 +174,11 @@ def _lines(document: Mapping[str, Any], learning: Mapping[str, Any]) -> list[str
             )
         )
     last = document["design_after"] or document["design"]
+    constant = document["baseline_after"] or document["baseline"]
     rows = (
         ("learned", document["learned"]),
         ("design", last),
-        ("best constant pitch", document["baseline"]),
+        ("best constant pitch", constant),
     )
     out.append(
         "RMS of a blade's bending: "
@@ -186,7 +201,7 @@ def _lines(document: Mapping[str, Any], learning: Mapping[str, Any]) -> list[str
 def _paper(document: Mapping[str, Any]) -> str:
     """The paper's figures (section VI.E, figure 8) beside ours."""
     rotations, design = document["rotations"], document["design"]
-    late = rotations[19] if len(rotations) >= 20 else None
+    late = rotations[_PAPER_ROTATION - 1] if len(rotations) >= _PAPER_ROTATION else None
     rows = [["", "paper", "here"]]
 
     def add(label: str, paper: str, value: float | None, form: str) -> None:

@@ -160,9 +160,14 @@ def plot_learning(
         ax.plot(
             rotation, measured / unit, color=BLUE, alpha=0.35, linewidth=1.0, label="as measured"
         )
+    whole = np.concatenate([record.experiment.ac_load_rotation, record.learning.ac_load_rotation])
+    ax.plot(
+        rotation, whole / unit, color=BLUE, alpha=0.5, linestyle=":", linewidth=1.2,
+        label="whole rotation",
+    )  # fmt: skip
     ax.plot(
         rotation, load / unit, color=BLUE, marker="o", markersize=3, linewidth=1.5,
-        label="learning", zorder=3,
+        label="learning, last passage", zorder=3,
     )  # fmt: skip
     for number, stretch in enumerate(result.stretches):
         ends = _span(stretch, record)

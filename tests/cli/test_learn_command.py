@@ -35,9 +35,10 @@ def test_schema_of_the_document(run, tmp_path):
     assert list(tmp_path.iterdir()) == []
     found = json.loads(done.out)
     assert list(found) == [
-        "case", "settings", "learner", "experiment", "rotations", "baseline", "start", "design",
-        "design_after", "cut_at_20", "ratio_to_design", "ratio_to_design_from_start",
-        "recovery_rotations", "learned", "events", "setpoint_after", "seconds",
+        "case", "settings", "learner", "experiment", "rotations", "baseline", "baseline_after",
+        "start", "design", "design_after", "cut_at_20", "ratio_to_design",
+        "ratio_to_design_from_start", "recovery_rotations", "learned", "events",
+        "setpoint_after", "seconds",
     ]  # fmt: skip
     assert (found["case"], found["learner"]) == ("biegel2011", "adaptive")
     assert found["settings"]["limits"]["positions"] == 6
@@ -57,7 +58,7 @@ def test_schema_of_the_document(run, tmp_path):
         "mean_torque", "rms", "rms_sum", "rms_weighted", "blade_rms", "mean_tilt", "mean_yaw",
         "pitch_travel_deg", "outside",
     }  # fmt: skip
-    for name in ("baseline", "start", "design", "design_after", "learned"):
+    for name in ("baseline", "baseline_after", "start", "design", "design_after", "learned"):
         assert shared <= set(found[name]), name
     assert "pitch_deg" in found["baseline"] and "pitch_deg" in found["start"]
     assert "setpoint" in found["design"]
@@ -128,6 +129,35 @@ def test_the_papers_figures_beside_ours(run):
     for text in ("2.94e4", "2.80e3", "1.10e3", "mean torque off the set-point"):
         assert text in done.out
     assert re.search(r"RMS cut against the best constant pitch \[%\] +91 +9\d\.\d", done.out)
+
+
+def test_profiles_are_described_in_the_wind_of_the_end(run, tmp_path):
+    done = run(*QUICK, "--wind-step", "2:+2", "--no-plots", "--out", "here")
+    assert done.status == 0, done.err
+    found = json.loads((tmp_path / "here" / "learning.json").read_text())
+    line = next(text for text in done.out.splitlines() if text.startswith("RMS of a blade's"))
+    for label, name in (("design", "design_after"), ("best constant pitch", "baseline_after")):
+        shown = float(re.search(rf"{label} ([\d.]+) kN m", line)[1])
+        assert shown == pytest.approx(1e-3 * found[name]["blade_rms"], rel=1e-3)
+    own = json.loads(run(*QUICK, "--wind-speed", "17", "--json").out)
+    for name in ("pitch_deg", "mean_torque", "rms_sum", "blade_rms"):
+        assert found["baseline_after"][name] == pytest.approx(own["baseline"][name], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("wind", "shown"),
+    [
+        (("--wind-step", "20:+2"), True),
+        (("--wind-step", "19:+2"), False),  # rotation 20 and the design would be of two winds
+        (("--wind-ramp", "20-22:+2"), True),
+        (("--wind-ramp", "18-30:+2"), False),
+        (("--wind-drift", "0.1"), False),
+    ],
+)
+def test_the_papers_figures_are_those_of_one_wind(run, wind, shown):
+    done = run("learn", "--rotations", "20", "--no-plots", "--learner", "paper", *wind)
+    assert done.status == 0, done.err
+    assert ("Beside the paper" in done.out) is shown
 
 
 def test_sensor_options_arrive(document):
@@ -292,7 +322,7 @@ def test_a_torque_out_of_reach_is_a_failed_computation(run):
         (("--travel-penalty", "5"), r"travel penalty: got"),
         (("--weights", "torque=1,blade=1"), r"weights\.blade: got 1, expected 0"),
         (("--learner", "paper", "--harmonics", "2"), r"harmonics: got 2 with the paper's"),
-        (("--pitch-rate-deg", "0"), r"loads did not answer the pitch"),
+        (("--pitch-rate-deg", "0"), r"limits\.pitch_rate_deg: got 0, expected a rate"),
         (("--case", "none"), r"case: got 'none'"),
         (("surplus",), r"surplus"),
     ],

@@ -61,6 +61,12 @@ def test_quantisation_rounds_to_multiples_of_the_step() -> None:
         assert np.abs(measured[load] - exact[load]).max() <= step[load] / 2 + 1e-12
 
 
+@pytest.mark.parametrize("step", [5e-324, 1e-300, 1e-20])
+def test_a_step_too_fine_to_show_changes_nothing(step: float) -> None:
+    exact = 1e5 * np.random.default_rng(0).normal(size=(4, 30))
+    np.testing.assert_array_equal(Sensors(quantisation=np.full(4, step)).read(exact), exact)
+
+
 @pytest.mark.parametrize("delay", [0, 1, 4, 5])
 def test_delay_runs_on_across_passages(delay: int) -> None:
     exact = passages(4)

@@ -66,6 +66,20 @@ def test_missing_files_and_folders_are_errors(tmp_path: Path) -> None:
             load_state(path)
 
 
+@pytest.mark.parametrize("kind", ["text", "array", "cut short", "empty"])
+def test_what_is_no_npz_file_is_called_so(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "file.npz"
+    if kind == "array":
+        with path.open("wb") as stream:
+            np.save(stream, np.zeros(3))
+    else:
+        whole = save_state(tmp_path / "whole.npz", STATE).read_bytes()
+        path.write_bytes({"text": b"{}", "cut short": whole[:-9], "empty": b""}[kind])
+    with pytest.raises(StateError) as error:
+        load_state(path)
+    assert str(error.value).endswith("(not an NPZ file, or cut short)")
+
+
 def test_settings_are_compared_as_they_are_saved() -> None:
     mine = {"a": (1.0, 2.0), "b": None, "c": 0.1}
     check_settings("run", np.array(json.dumps(mine)), mine)

@@ -166,6 +166,17 @@ def test_recovery_counts_rotations_after_the_step(stepped, loads, recovery):
     assert result.recovery_rotations == recovery
 
 
+@pytest.mark.parametrize("left", [0.0, 1e-7])
+def test_no_ratio_to_a_design_that_leaves_only_rounding(stepped, left):
+    design = replace(stepped.design, loads=left * np.array([[-1.0, 1.0]] * 4))
+    stretches = tuple(replace(stretch, design=design) for stretch in stepped.stretches)
+    result = replace(stepped, design=design, stretches=stretches)
+    ratios = [result.ratio(1), result.ratio(20), result.ratio_from_start(1)]
+    assert ratios == [None, None, None]
+    assert result.ratio_from_start(20) is None
+    assert result.recovery_rotations is None
+
+
 def test_no_recovery_without_a_step(fixed):
     assert fixed.recovery_rotations is None
     assert fixed.setpoint_after is None
@@ -520,12 +531,13 @@ def test_bad_settings(given, words):
     [
         ({"objective.harmonics": 2}, {"learner": "paper"}, "harmonics: got 2 with the paper's"),
         ({"objective.harmonics": 0}, {}, "harmonics: got 0"),
-        ({"objective.travel": 1.0}, {}, "travel penalty: got 1"),
+        ({"objective.travel": 1.0}, {}, "travel penalty: got 1 N m/rad, expected 0"),
         ({}, {"wind": ConstantWind(speed=14.0)}, "starts with 14 m/s, expected the case's 15"),
         ({}, {"delay": 13}, "delay: got 13 samples, expected at most the 12"),
         ({}, {"start_pitch": 1.0}, "start pitch: got 57.2958 deg, expected -10 to 45 deg"),
         ({}, {"difference": BladeDifference(blade=4)}, "different blade: got 4"),
-        ({"limits.pitch_rate": 0.0}, {}, "did not answer the pitch"),
+        ({"limits.pitch_rate": 0.0}, {}, "limits.pitch_rate_deg: got 0, expected a rate above 0"),
+        ({"limits.pitch_rate": 1e-9}, {}, "did not answer the pitch"),
     ],
     ids=lambda value: str(value)[:40],
 )

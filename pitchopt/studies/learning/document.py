@@ -42,6 +42,7 @@ def learning_document(result: LearningResult, settings: Mapping[str, Any]) -> di
     }
     drifts = any(stretch.mean_wind for stretch in result.stretches)
     after, ref_after = result.design_after, result.reference_after
+    constant_after = result.baseline_after
     return {
         "case": result.case.name,
         "settings": {**settings, "learning": result.settings.plain()},
@@ -54,6 +55,7 @@ def learning_document(result: LearningResult, settings: Mapping[str, Any]) -> di
         },
         "rotations": [_rotation(result, row) for row in range(result.record.rotations)],
         "baseline": _constant(result.baseline),
+        "baseline_after": None if constant_after is None else _constant(constant_after),
         "start": _constant(result.start),
         "design": _design(result.design, result.reference, mean_wind=drifts),
         "design_after": None
@@ -61,8 +63,10 @@ def learning_document(result: LearningResult, settings: Mapping[str, Any]) -> di
         else _design(after, ref_after, mean_wind=False),
         "cut_at_20": result.cut(_LATE),
         "ratio_to_design": _at(result.ratio),
+        "ratio_to_design_rotation": _at(result.ratio_rotation),
         "ratio_to_design_from_start": _at(result.ratio_from_start),
         "recovery_rotations": result.recovery_rotations,
+        "passages": _passages(result),
         "learned": learned,
         "events": [
             {"passage": passage, "rotation": rotation, "text": text}
@@ -128,6 +132,17 @@ def _rotation(result: LearningResult, row: int) -> dict[str, Any]:
         "setpoint": float(learning.setpoint[row]),
         "wind_speed": float(result.winds[row]),
         "ratio_to_design": result.ratio(int(learning.rotation[row])),
+        "ratio_to_design_rotation": result.ratio_rotation(int(learning.rotation[row])),
+    }
+
+
+def _passages(result: LearningResult) -> dict[str, list[float]]:
+    """The other clock: sum of RMS and mean torque of every passage after the experiment."""
+    passages = result.record.passages
+    after = ~passages.experiment
+    return {
+        "rms_sum": passages.rms[after].sum(axis=1).tolist(),
+        "mean_torque": passages.mean[after, 0].tolist(),
     }
 
 

@@ -71,6 +71,9 @@ class StaticPlant:
     frozen at the operating pitch, whatever the mean of the profile; the farther that mean is
     from it, the less the loads mean.  Beyond the pitch interval that design admits, curves in
     equilibrium go on through stall, others with their last slope; :meth:`outside` counts how often.
+    Curves in equilibrium are sampled and linear between the samples, for learner and design alike:
+    evaluated directly, the small loads of a learned profile are larger (`nrel-5mw` at 9 m/s, 3 %
+    lost: weighted RMS 5.7 % more).
 
     With a ramp or a drift, loads are interpolated linearly between wind speeds 0.1 m/s apart
     without induction and 0.25 m/s with it.  Midway, at 13, 15 and 17 m/s, the largest error of a

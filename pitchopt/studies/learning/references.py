@@ -7,7 +7,8 @@ The set-point of mean torque is a share of what the wind can give,
 so that after a change of wind it is the same share of what the new wind can give; or it is a
 torque that stays.  At a set-point stand the constant pitch with that mean torque and the profile
 of least weighted RMS with that mean torque.  Of the two constant pitches with the same torque,
-towards stall and towards feather, the one with less weighted RMS is taken.
+towards stall and towards feather, the one with less weighted RMS is taken, unless it has less than
+a degree to an end of the actuators' range and the other has more.
 """
 
 from __future__ import annotations
@@ -20,12 +21,14 @@ import numpy as np
 from pitchopt.checks import FloatArray, finite_number
 from pitchopt.design import Design, compared
 from pitchopt.design.constant_pitch import constant_for_torque
-from pitchopt.design.task import Progress
+from pitchopt.design.task import DesignTask, Progress
 from pitchopt.errors import InfeasibleError, InputError
 from pitchopt.studies.learning.tasks import WindTasks
 from pitchopt.studies.learning.wind import WindSchedule, interpolated
 
 __all__ = ["Reference", "SetpointSchedule", "reference"]
+
+_ROOM = float(np.deg2rad(1.0))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -163,10 +166,16 @@ def reference(
         setpoint=setpoint,
         best=best,
         power_max=found.power_max,
-        constant=min(constants, key=lambda one: one.rms_weighted),
+        constant=min(constants, key=lambda one: (_cramped(task, one), one.rms_weighted)),
         design=found.design,
         operating_pitch=operating,
     )
+
+
+def _cramped(task: DesignTask, constant: Design) -> bool:
+    """True for a pitch with hardly any room to one end of the actuators' range."""
+    pitch, limits = float(constant.profile[0]), task.limits
+    return min(pitch - limits.lower, limits.upper - pitch) < _ROOM
 
 
 def _goal(loss: float | None, torque: float | None) -> tuple[float | None, float | None]:

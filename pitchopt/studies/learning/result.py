@@ -24,6 +24,7 @@ from pitchopt.studies.learning.wind import WindStep
 
 __all__ = ["LearningResult", "Stretch"]
 
+_NOTHING = 1e-9  # of the load at the best constant pitch; less is rounding
 RECOVERED = 1.3
 """Ratio to the new design at which a learner has recovered from a change of wind."""
 
@@ -75,6 +76,8 @@ class LearningResult:
         At the wind that a step or a ramp leads to.
     baseline : ProfileFigures
         Best constant pitch of the starting wind.
+    baseline_after : ProfileFigures or None
+        The same in the wind that a step or a ramp leads to.
     start : ProfileFigures
         The pitch that the run starts from.
     design : ProfileFigures
@@ -96,6 +99,7 @@ class LearningResult:
     reference: Reference
     reference_after: Reference | None
     baseline: ProfileFigures
+    baseline_after: ProfileFigures | None
     start: ProfileFigures
     design: ProfileFigures
     design_after: ProfileFigures | None
@@ -141,24 +145,41 @@ class LearningResult:
         return None
 
     def cut(self, rotation: int) -> float | None:
-        """Share of the baseline's sum of RMS that is gone in a rotation; None beyond the run."""
-        if not 1 <= rotation <= self.record.rotations or self.baseline.rms_sum <= 0:
+        """Share of the best constant pitch's sum of RMS that is gone in a rotation.
+
+        The constant pitch is that of the wind at the time; None beyond the run and while the wind
+        changes.
+        """
+        stretch = self.stretch(rotation)
+        if stretch is None or rotation > self.record.rotations or stretch.constant.rms_sum <= 0:
             return None
-        return float(1.0 - self.rms[rotation - 1].sum() / self.baseline.rms_sum)
+        return float(1.0 - self.rms[rotation - 1].sum() / stretch.constant.rms_sum)
 
     def ratio(self, rotation: int) -> float | None:
-        """Weighted RMS over that of the design; None where there is no design, or no rotation."""
+        """Weighted RMS over that of the design.
+
+        None where there is no design, no rotation, or nothing but rounding left by the design.
+        """
         stretch = self.stretch(rotation)
-        if stretch is None or stretch.design.rms_weighted <= 0:
+        if stretch is None or not _compares(stretch.design, stretch.constant):
             return None
         return self.record.ratio(rotation, stretch.design.rms_weighted)
+
+    def ratio_rotation(self, rotation: int) -> float | None:
+        """The same with the RMS of all samples of the rotation, from passage to passage."""
+        if self.ratio(rotation) is None:
+            return None
+        stretch = self.stretch(rotation)
+        assert stretch is not None  # there is a ratio
+        whole = self.record.learning.ac_load_rotation[rotation - 1]
+        return float(whole / stretch.design.rms_weighted)
 
     def ratio_from_start(self, rotation: int) -> float | None:
         """The same, with rotations counted from the start of the experiment."""
         learning = rotation - self.practice
         if learning >= 1:
             return self.ratio(learning)
-        if rotation < 1 or self.design.rms_weighted <= 0:
+        if rotation < 1 or not _compares(self.design, self.baseline):
             return None
         return float(self.record.experiment.ac_load[rotation - 1] / self.design.rms_weighted)
 
@@ -189,3 +210,8 @@ class LearningResult:
         practice = self.practice * blades
         counted = [(passage - practice + 1, text) for passage, text in self.record.events]
         return tuple((passage, -(-passage // blades), text) for passage, text in counted)
+
+
+def _compares(design: ProfileFigures, constant: ProfileFigures) -> bool:
+    """True if a design leaves a load that others can be divided by."""
+    return design.rms_weighted > _NOTHING * constant.rms_weighted

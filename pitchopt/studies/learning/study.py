@@ -141,10 +141,14 @@ class _Study:
                 f"harmonics: got {objective.harmonics} with the paper's learner, expected none: "
                 "it cannot restrict profiles"
             )
+        if not case.pitch_limits.pitch_rate:
+            raise InputError(
+                "limits.pitch_rate_deg: got 0, expected a rate above 0: a learner moves the pitch"
+            )
         if objective.travel:
             raise InputError(
-                f"travel penalty: got {objective.travel:g}, expected 0: a learner puts no price "
-                "on travel"
+                f"travel penalty: got {objective.travel:g} N m/rad, expected 0: a learner puts no "
+                "price on travel"
             )
         if case.weights.blade:
             raise InputError(
@@ -356,6 +360,7 @@ class _Study:
             reference=first,
             reference_after=after,
             baseline=self._constant(first),
+            baseline_after=None if after is None else self._constant(after),
             start=judged(done.plant, constant_start, self.layout.blades - 1, weights),
             design=self._design(first),
             design_after=None if after is None else self._design(after),
