@@ -57,15 +57,17 @@ class Samples(NamedTuple):
 def ac_load(loads: FloatArray, weights: FloatArray) -> float:
     """Weighted sum of the RMS deviations of loads (4, S) from their means, NaN left out.
 
-    NaN if a load has no finite sample.
+    NaN if a load that has a weight was measured at less than half of the samples: the deviation of
+    a few samples is too small.
     """
     finite = np.isfinite(loads)
     if finite.all():
         apart = loads - loads.mean(axis=1, keepdims=True)
         return float(weights @ np.sqrt(np.einsum("ls,ls->l", apart, apart) / loads.shape[1]))
-    if not finite.any(axis=1).all():
+    weighed = weights > 0
+    if finite[weighed].mean(axis=1).min() < _LEAST_SHARE:
         return float("nan")
-    return float(weights @ np.nanstd(loads, axis=1))
+    return float(weights[weighed] @ np.nanstd(loads[weighed], axis=1))
 
 
 class Learner(ABC):
@@ -195,7 +197,7 @@ class Learner(ABC):
             enough = bool(finite.mean() >= _LEAST_SHARE)
         samples = self._aligned(given)
         if not enough:
-            self._say("too few samples: profile kept")
+            self._say("too few samples: profile kept" if self.learning else "too few samples")
         wish = self._now
         if not self.learning:
             m = layout.positions
