@@ -226,7 +226,8 @@ class FixedLearner(Learner):
         self.jacobian = array_of("jacobian", state["jacobian"], self.jacobian.shape)
         self.gain = array_of("gain", state["gain"], self.gain.shape)
         self._means = array_of("means", state["means"], (4,))
-        measured = np.asarray(state["measured"], dtype=np.float64)
-        parts = measured.shape[1] // self.layout.positions
+        parts = state["measured"].shape[1] // self.layout.positions
+        shape = (4, parts * self.layout.positions)
+        measured = array_of("measured", state["measured"], shape, finite=False)
         self._measured = np.split(measured, parts, axis=1) if parts else []
         self._share = number("share", float(state["share"]), above=0, at_most=1)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ilc._checks import FloatArray, count
+from ilc._checks import FloatArray, array_of, count
 
 __all__ = ["Guard"]
 
@@ -74,9 +74,9 @@ class Guard:
             "numbers": np.array([self.best_load, self._last, float(self._grown), self._change]),
         }
 
-    def restore(self, state: dict[str, FloatArray]) -> None:
-        """Go on from :meth:`state`."""
-        best = np.asarray(state["best"], dtype=np.float64)
-        self.best = best.copy() if best.size else None
+    def restore(self, state: dict[str, FloatArray], shape: tuple[int, ...]) -> None:
+        """Go on from :meth:`state` with profiles of a shape."""
+        best = array_of("best", state["best"], shape if np.size(state["best"]) else (0,))
+        self.best = best if best.size else None
         self.best_load, self._last, grown, self._change = map(float, state["numbers"])
         self._grown = int(grown)

@@ -33,6 +33,7 @@ State = dict[str, np.ndarray]
 
 _OTHER = 0.01  # relative change of the set-point with which learning starts anew
 _LEAST_SHARE = 0.5  # of the samples of a passage
+_TOLERANCE = 1e-12  # [rad] of limits, in what is given from outside
 _ABSURD = 1e30  # no load of any rotor; its square is still a number
 
 
@@ -122,7 +123,7 @@ class Learner(ABC):
             )
         self._start = layout.values(start)
         excess = limits.violation(layout, self._start, self._start, 0)
-        if excess > 1e-12:
+        if excess > _TOLERANCE:
             raise LearningError(f"start: breaks the limits by {excess:.3g} rad")
         self._setpoint = number("setpoint", setpoint)
         self._offsets = perturbations(layout, self.amplitude)
@@ -349,9 +350,16 @@ class Learner(ABC):
             ]
             passages, holding = (int(value) for value in state["counts"])
             arrays = {
-                name: array_of(name, state[name], getattr(self, "_" + name).shape, finite=False)
-                for name in ("start", "now", "before", "pitch", "seen")
+                name: array_of(name, state[name], getattr(self, "_" + name).shape, finite=finite)
+                for names, finite in (
+                    (("start", "now", "before"), True),
+                    (("pitch", "seen"), False),
+                )
+                for name in names
             }
+            excess = self.limits.violation(self.layout, arrays["now"], arrays["now"], passages)
+            if excess > _TOLERANCE:
+                raise StateError(f"state: damaged (its profile breaks the limits by {excess:.3g})")
             loads = [float(value) for value in state["rotation_loads"]]
             setpoint = number("setpoint", float(state["setpoint"]))
             guard = part(state, "guard.")
@@ -361,9 +369,9 @@ class Learner(ABC):
         except (KeyError, ValueError, TypeError) as error:
             raise StateError(f"state: damaged or not a learner's ({error})") from error
         try:
-            self._guard.restore(guard)
+            self._guard.restore(guard, self._now.shape)
             self._set_arrays(own)
-        except (KeyError, ValueError, IndexError) as error:
+        except (KeyError, ValueError, IndexError, TypeError) as error:
             raise StateError(f"state: damaged ({error})") from error
         for name, value in arrays.items():
             setattr(self, "_" + name, value)

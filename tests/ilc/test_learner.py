@@ -177,6 +177,12 @@ def test_states_that_do_not_belong_are_refused(learner_type: type[Learner]) -> N
         {**state, "now": state["now"][1:]},
         {**state, "settings": np.array("{")},
         {**state, "guard.numbers": np.zeros(1)},
+        {**state, "now": state["now"] + 20.0},
+        {**state, "now": np.full_like(state["now"], np.nan)},
+        {**state, "guard.numbers": np.array(1.0)},
+        {**state, "guard.numbers": np.zeros((4, 2))},
+        {**state, "guard.best": np.zeros((3, 5))},
+        *({**state, name: np.zeros((3, 5, 2))} for name in state if name.startswith("model.")),
         {name: value for name, value in state.items() if not name.startswith("model.")},
     ]
     for damaged in broken:
