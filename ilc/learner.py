@@ -126,6 +126,7 @@ class Learner(ABC):
         if excess > _TOLERANCE:
             raise LearningError(f"start: breaks the limits by {excess:.3g} rad")
         self._setpoint = number("setpoint", setpoint)
+        self._guarded = self._setpoint  # set-point for which the guard's best profile is one
         self._offsets = perturbations(layout, self.amplitude)
         self._now = self._start.copy()
         self._before = self._start.copy()
@@ -169,10 +170,12 @@ class Learner(ABC):
         value = number("setpoint", value)
         other = abs(value - self._setpoint) > _OTHER * abs(self._setpoint)
         self._setpoint = value
-        if other:
+        if abs(value - self._guarded) > _OTHER * abs(self._guarded):  # at once or little by little
+            self._guarded = value
             self._guard.forget()  # loads under the old set-point are no measure any more
             self._rotation_loads.clear()
             self._holding = 0
+        if other:
             self._setpoint_changed()
 
     def tell(self, loads: ArrayLike) -> None:
@@ -323,7 +326,7 @@ class Learner(ABC):
             "settings": np.array(json.dumps(self.settings())),
             "events": np.array(json.dumps(self.events)),
             "counts": np.array([self.passages, self._holding]),
-            "setpoint": np.array(self._setpoint),
+            "setpoint": np.array([self._setpoint, self._guarded]),
             "start": self._start.copy(),
             "now": self._now.copy(),
             "before": self._before.copy(),
@@ -361,7 +364,7 @@ class Learner(ABC):
             if excess > _TOLERANCE:
                 raise StateError(f"state: damaged (its profile breaks the limits by {excess:.3g})")
             loads = [float(value) for value in state["rotation_loads"]]
-            setpoint = number("setpoint", float(state["setpoint"]))
+            setpoint, guarded = map(float, array_of("setpoint", state["setpoint"], (2,)))
             guard = part(state, "guard.")
             own = part(state, "model.")
         except StateError:
@@ -377,6 +380,6 @@ class Learner(ABC):
             setattr(self, "_" + name, value)
         if holding and self._guard.best is None:
             raise StateError("state: damaged (a profile is held that is not there)")
-        self._setpoint = setpoint
+        self._setpoint, self._guarded = setpoint, guarded
         self.passages, self._holding = passages, holding
         self._rotation_loads, self.events = loads, events

@@ -102,6 +102,20 @@ def test_few_samples_are_no_measure_of_the_ac_load(
     np.testing.assert_allclose(learner.state()["guard.numbers"][0], best, rtol=1e-6)
 
 
+def test_setpoint_that_creeps_leaves_the_best_profile_behind(learner_type: type[Learner]) -> None:
+    """Changes too small to start anew add up; a profile of the set-point of before is no best."""
+    plant = AffinePlant.random(1, positions=8)
+    learner = make_learner(plant, learner_type)
+    turned(plant, learner, learner.experiment_passages)
+    for _ in range(60):
+        learner.setpoint *= 0.991
+        turned(plant, learner, 3)
+    assert not learner.events
+    if learner_type is AdaptiveLearner:  # the paper's trades torque against the mean of thrust
+        torque = plant.passage(learner.profile, learner.passages)[0].mean()
+        np.testing.assert_allclose(torque, learner.setpoint, rtol=1e-4)
+
+
 def test_load_without_a_weight_need_not_be_measured(learner_type: type[Learner]) -> None:
     plant = AffinePlant.random(19, positions=8)
     weights = WEIGHTS * [1, 1, 1, 0]
