@@ -2,7 +2,7 @@
 
 It looks at the weighted AC load once a rotation.  When that has grown `patience` rotations in
 succession and is above the best one by a tenth and by several times what it usually changes from
-rotation to rotation, the best profile is to be taken back.  Noise makes loads grow too, but not so.
+rotation to rotation, the best profile is to be taken back.  Noise alone makes that happen seldom.
 """
 
 from __future__ import annotations
