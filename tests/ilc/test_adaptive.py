@@ -100,7 +100,7 @@ def test_harmonics_are_kept(separate: bool) -> None:
 
 
 def test_noise_is_averaged() -> None:
-    """Noise adds clearly less than one measurement of it, and leaves less than a fixed gain does."""
+    """Noise adds clearly less than a measurement of it and leaves less than a fixed gain does."""
     plant = AffinePlant.random(6, positions=12)
     noise = 0.05 * plant.passage(np.zeros(36), 0).std(axis=1)
     wide = float(np.deg2rad(2.0))  # perturbations that show above the noise
