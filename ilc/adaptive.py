@@ -133,10 +133,10 @@ class AdaptiveLearner(Learner):
     def _distance(self, loads: FloatArray) -> float:
         """Weighted AC load and price of the mean torque's deviation, NaN if unknown."""
         load = ac_load(loads, self.weights)
-        if not np.isfinite(load):
-            return load
-        off = abs(float(np.nanmean(loads[0])) - self.setpoint)
-        return load + HOLD * float(self.weights[0]) * off
+        if np.isfinite(load) and self.weights[0] > 0:
+            off = abs(float(np.nanmean(loads[0])) - self.setpoint)
+            load += HOLD * float(self.weights[0]) * off
+        return load
 
     def _setpoint_changed(self) -> None:
         """Start the search again, less boldly than at first."""

@@ -165,18 +165,20 @@ class FixedLearner(Learner):
     def _identify(self, pitch: FloatArray, loads: FloatArray) -> None:
         fit = affine_fit(pitch, loads)
         self.jacobian = filled(self.layout, fit)
-        missing = int((~fit.known).any(axis=1).sum())
+        missing = int((~fit.known[:, self.weights > 0]).any(axis=1).sum())
         if missing:
             self._say(f"slopes at {missing} positions taken from their neighbours")
         if not np.any(self.jacobian):
             raise LearningError("experiment: the loads did not answer the pitch at any position")
         self.gain = gains(self.jacobian, self.weights, self.damping)
-        self._means = np.nanmean(fit.offset, axis=1)
+        seen = np.isfinite(fit.offset).any(axis=1)
+        self._means[seen] = np.nanmean(fit.offset[seen], axis=1)
 
     def _learn(self, samples: Samples) -> FloatArray:
         means = self._means.copy()
         means[0] = self.setpoint
         errors = self.weights[:, None] * (samples.loads - means[:, None])
+        errors[self.weights == 0] = 0.0  # whether it is measured or not
         change = (self.gain[samples.rows] @ errors.T[:, :, None])[:, :, 0]
         change[np.isnan(change).any(axis=1)] = 0.0  # where a load is missing the pitch is kept
         wish = self._now.copy()
@@ -224,7 +226,8 @@ class FixedLearner(Learner):
         self.jacobian = array_of("jacobian", state["jacobian"], self.jacobian.shape)
         self.gain = array_of("gain", state["gain"], self.gain.shape)
         self._means = array_of("means", state["means"], (4,))
-        measured = np.asarray(state["measured"], dtype=np.float64)
-        parts = measured.shape[1] // self.layout.positions
+        parts = state["measured"].shape[1] // self.layout.positions
+        shape = (4, parts * self.layout.positions)
+        measured = array_of("measured", state["measured"], shape, finite=False)
         self._measured = np.split(measured, parts, axis=1) if parts else []
         self._share = number("share", float(state["share"]), above=0, at_most=1)

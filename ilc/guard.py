@@ -2,7 +2,7 @@
 
 It looks at the weighted AC load once a rotation.  When that has grown `patience` rotations in
 succession and is above the best one by a tenth and by several times what it usually changes from
-rotation to rotation, the best profile is to be taken back.  Noise makes loads grow too, but not so.
+rotation to rotation, the best profile is to be taken back.  Noise alone makes that happen seldom.
 A change of the wind makes them grow for whatever profile: if the best one turns out to be worse
 than the one that was left for it, that one is to be gone on with.
 """
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ilc._checks import FloatArray, count
+from ilc._checks import FloatArray, array_of, count
 
 __all__ = ["Guard"]
 
@@ -80,9 +80,12 @@ class Guard:
             "numbers": np.array(numbers),
         }
 
-    def restore(self, state: dict[str, FloatArray]) -> None:
-        """Go on from :meth:`state`."""
-        best, left = (np.array(state[name], dtype=np.float64) for name in ("best", "left"))
+    def restore(self, state: dict[str, FloatArray], shape: tuple[int, ...]) -> None:
+        """Go on from :meth:`state` with profiles of a shape."""
+        best, left = (
+            array_of(name, state[name], shape if np.size(state[name]) else (0,))
+            for name in ("best", "left")
+        )
         self.best, self.left = best if best.size else None, left if left.size else None
         self.best_load, self.left_load, self._last, grown, self._change = map(
             float, state["numbers"]

@@ -35,6 +35,7 @@ _OTHER = 0.05  # relative change of the set-point at once with which learning st
 _STALE = 0.01  # and change in all with which the best profile's load is no measure any more
 _FAR_WORSE = 2.0  # on the way back to the best profile
 _LEAST_SHARE = 0.5  # of the samples of a passage
+_TOLERANCE = 1e-12  # [rad] of limits, in what is given from outside
 _ABSURD = 1e30  # no load of any rotor; its square is still a number
 
 
@@ -59,15 +60,17 @@ class Samples(NamedTuple):
 def ac_load(loads: FloatArray, weights: FloatArray) -> float:
     """Weighted sum of the RMS deviations of loads (4, S) from their means, NaN left out.
 
-    NaN if a load has no finite sample.
+    NaN if a load that has a weight was measured at less than half of the samples: the deviation of
+    a few samples is too small.
     """
     finite = np.isfinite(loads)
     if finite.all():
         apart = loads - loads.mean(axis=1, keepdims=True)
         return float(weights @ np.sqrt(np.einsum("ls,ls->l", apart, apart) / loads.shape[1]))
-    if not finite.any(axis=1).all():
+    weighed = weights > 0
+    if finite[weighed].mean(axis=1).min() < _LEAST_SHARE:
         return float("nan")
-    return float(weights @ np.nanstd(loads, axis=1))
+    return float(weights[weighed] @ np.nanstd(loads[weighed], axis=1))
 
 
 class Learner(ABC):
@@ -122,7 +125,7 @@ class Learner(ABC):
             )
         self._start = layout.values(start)
         excess = limits.violation(layout, self._start, self._start, 0)
-        if excess > 1e-12:
+        if excess > _TOLERANCE:
             raise LearningError(f"start: breaks the limits by {excess:.3g} rad")
         self._setpoint = number("setpoint", setpoint)
         self._guarded = self._setpoint  # the set-point that the guard's best load belongs to
@@ -199,7 +202,7 @@ class Learner(ABC):
             enough = bool(finite.mean() >= _LEAST_SHARE)
         samples = self._aligned(given)
         if not enough:
-            self._say("too few samples: profile kept")
+            self._say("too few samples: profile kept" if self.learning else "too few samples")
         wish = self._now
         if not self.learning:
             m = layout.positions
@@ -368,9 +371,16 @@ class Learner(ABC):
             ]
             passages, holding = (int(value) for value in state["counts"])
             arrays = {
-                name: array_of(name, state[name], getattr(self, "_" + name).shape, finite=False)
-                for name in ("start", "now", "before", "pitch", "seen")
+                name: array_of(name, state[name], getattr(self, "_" + name).shape, finite=finite)
+                for names, finite in (
+                    (("start", "now", "before"), True),
+                    (("pitch", "seen"), False),
+                )
+                for name in names
             }
+            excess = self.limits.violation(self.layout, arrays["now"], arrays["now"], passages)
+            if excess > _TOLERANCE:
+                raise StateError(f"state: damaged (its profile breaks the limits by {excess:.3g})")
             loads = [float(value) for value in state["rotation_loads"]]
             setpoint = array_of("setpoint", state["setpoint"], (2,))
             guard = part(state, "guard.")
@@ -380,9 +390,9 @@ class Learner(ABC):
         except (KeyError, ValueError, TypeError) as error:
             raise StateError(f"state: damaged or not a learner's ({error})") from error
         try:
-            self._guard.restore(guard)
+            self._guard.restore(guard, self._now.shape)
             self._set_arrays(own)
-        except (KeyError, ValueError, IndexError) as error:
+        except (KeyError, ValueError, IndexError, TypeError) as error:
             raise StateError(f"state: damaged ({error})") from error
         for name, value in arrays.items():
             setattr(self, "_" + name, value)

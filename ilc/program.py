@@ -187,9 +187,9 @@ class StepProgram:
         layout = self.layout
         blocks, squares, signs, slope = quadratic
         scale = float(np.abs(slope).max())
-        if scale == 0.0:
-            return np.zeros(layout.variables)
         reach = float(np.max(high - low))
+        if scale == 0.0 or reach <= 0.0:
+            return np.zeros(layout.variables)  # nothing to gain, or nowhere to go
         # unknowns in units of `reach`, objective in units of scale x reach
         blocks = blocks * (reach / scale)
         ridge = _RIDGE * float(np.abs(blocks).max() or 1.0)

@@ -103,7 +103,8 @@ class RotationRecord(_Columns):
     ac_load_rotation : ndarray (R,)
         The same of all B m samples of the rotation.
     ac_load_measured : ndarray (R,)
-        Weighted AC load of the measured loads of the last passage; NaN if one was not measured.
+        Weighted AC load of the measured loads of the last passage; NaN if a load that has a weight
+        was measured at less than half of the samples.
     mean_torque : ndarray (R,)
         Mean of the exact torque over the rotation [N m].
     mean_torque_last : ndarray (R,)

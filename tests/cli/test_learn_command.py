@@ -37,7 +37,8 @@ def test_schema_of_the_document(run, tmp_path):
     assert list(found) == [
         "case", "settings", "learner", "experiment", "rotations", "baseline", "baseline_after",
         "start", "design", "design_after", "cut_at_20", "ratio_to_design",
-        "ratio_to_design_from_start", "recovery_rotations", "learned", "events",
+        "ratio_to_design_rotation", "ratio_to_design_from_start", "recovery_rotations", "passages",
+        "learned", "events",
         "setpoint_after", "seconds",
     ]  # fmt: skip
     assert (found["case"], found["learner"]) == ("biegel2011", "adaptive")
@@ -51,6 +52,7 @@ def test_schema_of_the_document(run, tmp_path):
         assert set(row) == {
             "rotation", "passage", "rms_sum", "rms", "rms_weighted", "rms_weighted_rotation",
             "rms_measured_weighted", "mean_torque", "setpoint", "wind_speed", "ratio_to_design",
+            "ratio_to_design_rotation",
         }  # fmt: skip
         assert set(row["rms"]) == {"torque", "tilt", "yaw", "thrust"}
     assert [row["wind_speed"] for row in found["rotations"]] == [15.0] * 10 + [17.0] * 11

@@ -86,6 +86,59 @@ def test_passage_with_too_few_samples_keeps_the_profile_and_says_so(
     assert np.abs(learner.profile - before).max() > 0
 
 
+@pytest.mark.parametrize("short", [slice(0, 4), slice(3, 4)])
+def test_few_samples_are_no_measure_of_the_ac_load(
+    learner_type: type[Learner], short: slice
+) -> None:
+    """One sample has no deviation: it must not pass for the best profile that there was."""
+    plant = AffinePlant.random(19, positions=8)
+    learner = make_learner(plant, learner_type)
+    turned(plant, learner, learner.experiment_passages + 30)
+    best = learner.state()["guard.numbers"][0]
+    for _ in range(3):  # a whole rotation
+        loads = plant.passage(learner.profile, learner.passages)
+        loads[short, 1:] = np.nan
+        learner.tell(loads)
+    np.testing.assert_allclose(learner.state()["guard.numbers"][0], best, rtol=1e-6)
+
+
+def test_setpoint_that_creeps_leaves_the_best_profile_behind(learner_type: type[Learner]) -> None:
+    """Changes too small to start anew add up; a profile of the set-point of before is no best."""
+    plant = AffinePlant.random(1, positions=8)
+    learner = make_learner(plant, learner_type)
+    turned(plant, learner, learner.experiment_passages)
+    for _ in range(60):
+        learner.setpoint *= 0.991
+        turned(plant, learner, 3)
+    assert not learner.events
+    if learner_type is AdaptiveLearner:  # the paper's trades torque against the mean of thrust
+        torque = plant.passage(learner.profile, learner.passages)[0].mean()
+        np.testing.assert_allclose(torque, learner.setpoint, rtol=1e-4)
+
+
+def test_load_without_a_weight_need_not_be_measured(learner_type: type[Learner]) -> None:
+    plant = AffinePlant.random(19, positions=8)
+    weights = WEIGHTS * [1, 1, 1, 0]
+    one, two = (make_learner(plant, learner_type, weights=weights) for _ in range(2))
+    for _ in range(60):
+        loads = plant.passage(one.profile, one.passages)
+        one.tell(loads)
+        loads[3] = np.nan
+        two.tell(loads)
+        np.testing.assert_allclose(two.profile, one.profile, **same_as(learner_type))
+    assert np.ptp(two.profile) > 0.01
+    assert not two.events
+    assert one.state()["guard.numbers"][0] < np.inf > two.state()["guard.numbers"][0]
+
+
+def test_experiment_goes_on_when_samples_are_few(learner_type: type[Learner]) -> None:
+    plant = AffinePlant.random(19, positions=8)
+    learner = make_learner(plant, learner_type)
+    turned(plant, learner, 3)
+    learner.tell(np.full((4, 8), np.nan))
+    assert learner.events == [(3, "too few samples")]
+
+
 def test_experiment_without_an_answer_is_an_error(learner_type: type[Learner]) -> None:
     plant = AffinePlant.random(20, positions=6)
     learner = make_learner(plant, learner_type)
@@ -138,6 +191,12 @@ def test_states_that_do_not_belong_are_refused(learner_type: type[Learner]) -> N
         {**state, "now": state["now"][1:]},
         {**state, "settings": np.array("{")},
         {**state, "guard.numbers": np.zeros(1)},
+        {**state, "now": state["now"] + 20.0},
+        {**state, "now": np.full_like(state["now"], np.nan)},
+        {**state, "guard.numbers": np.array(1.0)},
+        {**state, "guard.numbers": np.zeros((4, 2))},
+        {**state, "guard.best": np.zeros((3, 5))},
+        *({**state, name: np.zeros((3, 5, 2))} for name in state if name.startswith("model.")),
         {name: value for name, value in state.items() if not name.startswith("model.")},
     ]
     for damaged in broken:

@@ -140,6 +140,12 @@ def test_nothing_to_gain_changes_nothing() -> None:
     assert not StepProgram(layout, 0.01).solve(quadratic, current, low, high).any()
 
 
+def test_no_room_changes_nothing() -> None:
+    layout = Layout(blades=3, positions=4)
+    quadratic, current, _, _ = problem(2, layout)
+    assert not StepProgram(layout, 0.01).solve(quadratic, current, current, current).any()
+
+
 @pytest.mark.parametrize("separate", [False, True])
 @pytest.mark.parametrize("harmonics", [1, 3])
 def test_basis(separate: bool, harmonics: int) -> None:

@@ -43,8 +43,10 @@ def texts(ax) -> list[str]:
 def test_load_over_rotations(stepped, ax):
     assert plot_learning(stepped, weights_name="tower-base", ax=ax) is ax
     lines, record = by_label(ax), stepped.record
-    x, y = lines["learning"].get_data()
+    x, y = lines["learning, last passage"].get_data()
     np.testing.assert_array_equal(x, np.arange(-2, 7))
+    whole = np.concatenate([record.experiment.ac_load_rotation, record.learning.ac_load_rotation])
+    np.testing.assert_allclose(lines["whole rotation"].get_ydata(), whole / 1e3)
     both = np.concatenate([record.experiment.ac_load, record.learning.ac_load])
     np.testing.assert_allclose(y, both / 1e3)
     measured = np.concatenate(

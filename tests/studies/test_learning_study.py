@@ -129,8 +129,13 @@ def test_ratios_and_cut_by_hand(stepped, document):
         [rows[11]["rms_weighted"] / design, rows[12]["rms_weighted"] / after]
     )
     assert document["cut_at_20"] == pytest.approx(
-        1 - rows[19]["rms_sum"] / document["baseline"]["rms_sum"]
+        1 - rows[19]["rms_sum"] / document["baseline_after"]["rms_sum"]
     )
+    whole = document["ratio_to_design_rotation"]
+    assert whole["at_10"] == pytest.approx(rows[9]["rms_weighted_rotation"] / design)
+    passages = document["passages"]["rms_sum"]
+    assert len(passages) == 3 * len(rows)
+    assert passages[2::3] == pytest.approx([row["rms_sum"] for row in rows])
     experiment = document["experiment"]
     assert (experiment["rotations"], experiment["passages"]) == (3, 9)
     assert len(experiment["rms_sum"]) == 3
