@@ -44,7 +44,7 @@ _WELL_KNOWN = 0.1  # relative deviation of slopes up to which all boldness is al
 _TOUCHES = 3  # programs solved for one step
 _NO_ANSWER = 1e-9  # change of a load in the experiment, in units of its starting RMS
 _LEAST_RMS = 5e-4  # in units of the starting RMS: below this a load counts as even
-_BOLDEST = 100.0
+_BOLDEST, _MEEKEST = 100.0, 1e-3
 _AFTER_SURPRISE = 0.3  # share of the boldest
 _CALMER = 0.1  # share of boldness that a passage keeps of the one before it in a rotation
 _LESS = 0.99  # a rotation below this share of the best so far was worth it
@@ -127,7 +127,8 @@ class AdaptiveLearner(Learner):
         least = min(self._rotation)
         self._rotation.clear()
         worth = least < _LESS * self._best
-        self._boldness = min(_BOLDEST, self._boldness * (_GROW if worth else _SHRINK))
+        bolder = self._boldness * (_GROW if worth else _SHRINK)
+        self._boldness = min(max(bolder, _MEEKEST), _BOLDEST)
         self._best = min(self._best, least)
 
     def _distance(self, loads: FloatArray) -> float:
@@ -192,7 +193,7 @@ class AdaptiveLearner(Learner):
         return np.asarray(self._basis @ (self._basis.T @ profile))
 
     def _slow_down(self) -> None:
-        self._boldness *= _SHRINK
+        self._boldness = max(self._boldness * _SHRINK, _MEEKEST)
 
     # ---- saving --------------------------------------------------------------------------
 

@@ -38,7 +38,7 @@ RESIDUAL = 0.15
 _LEAST_NOISE = 1e-8  # variance in units of the starting RMS squared
 _LEAST_DRIFT = 1e-10  # the same, of the value between two passages
 _UNEXPLAINED = 1.5  # ratio of innovations to their variance above which P is raised
-_NOTHING = 1e-60  # loads below this are none, and their squares are still numbers
+_NOTHING = 1e-30  # loads below this are none
 _SLOPE_RISE = 0.3  # largest rise of a slope's deviation, as a share of the mean slope
 
 
