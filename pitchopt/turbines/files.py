@@ -76,6 +76,8 @@ def load_yaml(path: str | Path) -> Any:
         mark = error.problem_mark
         where = f" at line {mark.line + 1}, column {mark.column + 1}" if mark else ""
         what = " ".join(str(error.problem or error.context or "unreadable").split())[:120]
+        if "nesting depth" in what:  # newer libyaml has a limit of its own, beyond ours
+            raise InputError(f"{path}: nested more than {MAX_DEPTH} levels deep{where}") from error
         raise InputError(f"{path}: not valid YAML{where} ({what})") from error
     except yaml.YAMLError as error:
         what = " ".join(str(error).split())[:120]

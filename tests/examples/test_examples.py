@@ -29,6 +29,7 @@ WRITES = {
     ],
     "12_schedule": ["12_schedule.csv"],
     "13_learning": ["13_adaptive.png", "13_paper.png"],
+    "14_own_plant": ["14_convergence.png"],
 }
 
 
