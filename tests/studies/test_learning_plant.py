@@ -451,8 +451,16 @@ class TestReference:
         assert gives(held.design, held.setpoint)
         assert held.best.mean_torque > held.setpoint
 
-    def test_of_two_constant_pitches_the_one_with_less_rms(self, held: Reference) -> None:
-        """In this case towards stall."""
+    @pytest.mark.parametrize("loss", [0.02, 0.07])
+    def test_of_two_constant_pitches_the_one_on_the_side_of_the_design(
+        self, tasks: WindTasks, loss: float
+    ) -> None:
+        found = reference(tasks, max_power_loss=loss)
+        best = found.best.profile[0]
+        assert (found.start_pitch < best) == (found.design.profile.mean() < best)
+        assert found.start_pitch != best
+
+    def test_towards_stall(self, held: Reference) -> None:
         assert held.start_pitch < held.best.profile[0]
         assert held.constant.rms_weighted < held.best.rms_weighted
         assert held.design.rms_weighted < 0.02 * held.constant.rms_weighted

@@ -6,9 +6,11 @@ The set-point of mean torque is a share of what the wind can give,
 
 so that after a change of wind it is the same share of what the new wind can give; or it is a
 torque that stays.  At a set-point stand the constant pitch with that mean torque and the profile
-of least weighted RMS with that mean torque.  Of the two constant pitches with the same torque,
-towards stall and towards feather, the one with less weighted RMS is taken, unless it has less than
-a degree to an end of the actuators' range and the other has more.
+of least weighted RMS with that mean torque.  Two constant pitches give the same torque, one
+on either side of the best, towards stall and towards feather.  A run starts from the one on the
+side where the design lies: learners end in an optimum near their start, and are to be compared with
+one there.  That side is all that a run has from the model; it is not taken if it has less than a
+degree to an end of the actuators' range.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ import numpy as np
 from pitchopt.checks import FloatArray, finite_number
 from pitchopt.design import Design, compared
 from pitchopt.design.constant_pitch import constant_for_torque
+from pitchopt.design.results import Compared
 from pitchopt.design.task import DesignTask, Progress
 from pitchopt.errors import InfeasibleError, InputError
 from pitchopt.studies.learning.tasks import WindTasks
@@ -90,8 +93,8 @@ class Reference:
     power_max : Design
         The profile of largest mean torque.
     constant : Design
-        The constant pitch with the set-point's mean torque, of the two the one with less
-        weighted RMS; `best` where no constant pitch gives that much.  A run starts from it.
+        The constant pitch with the set-point's mean torque, of the two the one on the design's
+        side of `best`; `best` where no constant pitch gives that much.  A run starts from it.
     design : Design
         The profile of least weighted RMS at the set-point's mean torque.
     operating_pitch : float
@@ -166,7 +169,7 @@ def reference(
         setpoint=setpoint,
         best=best,
         power_max=found.power_max,
-        constant=min(constants, key=lambda one: (_cramped(task, one), one.rms_weighted)),
+        constant=min(constants, key=lambda one: (_cramped(task, one), _apart(one, found, best))),
         design=found.design,
         operating_pitch=operating,
     )
@@ -176,6 +179,12 @@ def _cramped(task: DesignTask, constant: Design) -> bool:
     """True for a pitch with hardly any room to one end of the actuators' range."""
     pitch, limits = float(constant.profile[0]), task.limits
     return min(pitch - limits.lower, limits.upper - pitch) < _ROOM
+
+
+def _apart(constant: Design, found: Compared, best: Design) -> bool:
+    """True for a pitch and a design on different sides of the best constant pitch."""
+    middle = float(best.profile[0])
+    return bool((constant.profile[0] < middle) != (found.design.profile.mean() < middle))
 
 
 def _goal(loss: float | None, torque: float | None) -> tuple[float | None, float | None]:
