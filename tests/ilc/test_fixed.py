@@ -275,7 +275,8 @@ def test_blades_that_differ_are_levelled_with_separate_profiles_only() -> None:
     left = {}
     for separate in (True, False):
         own = Layout(blades=3, positions=m, separate=separate)
-        learner = fixed(uneven, layout=own, learning_rate=0.5, smoothing=1.0)
+        # the guard would take back what is left of the start, so it is not to interfere
+        learner = fixed(uneven, layout=own, learning_rate=0.5, smoothing=1.0, patience=9999)
         turned(uneven, learner, 2700)
         turn = [uneven.passage(learner.profile, 2700 + j) for j in range(3)]
         left[separate] = WEIGHTS @ np.concatenate(turn, axis=1).std(axis=1)
@@ -283,4 +284,4 @@ def test_blades_that_differ_are_levelled_with_separate_profiles_only() -> None:
     turned(alike, best, 2700)
     target = WEIGHTS @ alike.passage(best.profile, 2700).std(axis=1)
     assert left[True] == pytest.approx(target, rel=1e-6)
-    assert left[False] > 2 * target
+    assert left[False] > 3 * target
