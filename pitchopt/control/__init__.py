@@ -1,0 +1,1 @@
+"""Controllers: generator torque, collective and individual pitch. Numbers and matrices only."""
