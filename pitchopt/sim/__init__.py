@@ -1,0 +1,1 @@
+"""Dynamic turbine: structure, aerodynamics and control marched through time."""
