@@ -6,6 +6,7 @@ tower axis at ground level, x downwind, y left looking downwind, z up. The packa
 
 from __future__ import annotations
 
+from windfield.boxes import PolarBox, TurbulenceBox
 from windfield.custom import CallableField
 from windfield.disc import DiscField
 from windfield.errors import WindFieldError
@@ -13,6 +14,7 @@ from windfield.field import StaticField, WindField
 from windfield.sampling import DiscSample, disc_points, sample_disc
 from windfield.shear import CubicShear, LogLaw, PowerLaw, VerticalShear
 from windfield.tower import TowerShadow
+from windfield.turbulent import TransientField, TurbulentField
 
 __all__ = [
     "CallableField",
@@ -20,9 +22,13 @@ __all__ = [
     "DiscField",
     "DiscSample",
     "LogLaw",
+    "PolarBox",
     "PowerLaw",
     "StaticField",
     "TowerShadow",
+    "TransientField",
+    "TurbulenceBox",
+    "TurbulentField",
     "VerticalShear",
     "WindField",
     "WindFieldError",

@@ -28,7 +28,14 @@ from windfield.errors import WindFieldError
 from windfield.shear import VerticalShear
 from windfield.tower import TowerShadow
 
-__all__ = ["Points", "StaticField", "WindField", "compose", "resolve_points"]
+__all__ = [
+    "Points",
+    "StaticField",
+    "WindField",
+    "broadcast_shape",
+    "compose",
+    "resolve_points",
+]
 
 GROUND_TOLERANCE = 1e-9  # of the hub height: rounding of hub_height - radius
 
@@ -65,17 +72,22 @@ class Points:
     shape: tuple[int, ...]
 
 
+def broadcast_shape(x: FloatArray, y: FloatArray, z: FloatArray, t: FloatArray) -> tuple[int, ...]:
+    """Shape that coordinates and time broadcast to, or a `WindFieldError`."""
+    try:
+        return np.broadcast_shapes(x.shape, y.shape, z.shape, t.shape)
+    except ValueError as error:
+        raise WindFieldError(
+            f"x, y, z, t: got shapes {x.shape}, {y.shape}, {z.shape}, {t.shape}; must broadcast"
+        ) from error
+
+
 def resolve_points(
     x: ArrayLike, y: ArrayLike, z: ArrayLike, t: ArrayLike, hub_height: float
 ) -> Points:
     """Check coordinates [m] and time [s]: finite, of matching shapes, not below ground."""
     x, y, z, t = as_array("x", x), as_array("y", y), as_array("z", z), as_array("t", t)
-    try:
-        shape = np.broadcast_shapes(x.shape, y.shape, z.shape, t.shape)
-    except ValueError as error:
-        raise WindFieldError(
-            f"x, y, z, t: got shapes {x.shape}, {y.shape}, {z.shape}, {t.shape}; must broadcast"
-        ) from error
+    shape = broadcast_shape(x, y, z, t)
     if z.size and z.min() < 0.0:
         if z.min() < -GROUND_TOLERANCE * hub_height:
             raise WindFieldError(
