@@ -117,11 +117,13 @@ class IndividualPitch:
 
     def parameters(self) -> IndividualParameters:
         """Numbers for the compiled loops."""
+        lead = np.asarray(self.order) * np.asarray(self.offset)
         return IndividualParameters(
             on=1,
             order=table(np.asarray(self.order)),
             gain=table(self.gain),
-            offset=table(np.asarray(self.offset)),
+            lead_cos=table(np.cos(lead)),
+            lead_sin=table(np.sin(lead)),
             limit=table(np.asarray(self.limit)),
             fade_from=float(self.fade_from),
             fade_to=float(self.fade_to),

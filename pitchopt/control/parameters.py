@@ -122,12 +122,16 @@ class MinimumParameters(NamedTuple):
 
 
 class IndividualParameters(NamedTuple):
-    """Of `pitchopt.control.individual.IndividualPitch`, (H,) each."""
+    """Of `pitchopt.control.individual.IndividualPitch`, (H,) each.
+
+    ``lead_cos`` and ``lead_sin`` are those of n times the azimuth offset.
+    """
 
     on: int
     order: FloatArray
     gain: FloatArray
-    offset: FloatArray
+    lead_cos: FloatArray
+    lead_sin: FloatArray
     limit: FloatArray
     fade_from: float
     fade_to: float
@@ -187,5 +191,5 @@ NO_ESTIMATOR = EstimatorParameters(
     0, 0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0, _NONE, _NONE, np.zeros((0, 0))
 )
 NO_MINIMUM = MinimumParameters(0, 0.0, 1.0, _NONE)
-NO_INDIVIDUAL = IndividualParameters(0, _NONE, _NONE, _NONE, _NONE, 0.0, 0.0, 0.0)
+NO_INDIVIDUAL = IndividualParameters(0, _NONE, _NONE, _NONE, _NONE, _NONE, 0.0, 0.0, 0.0)
 NO_FEEDFORWARD = FeedforwardParameters(0, _NONE, _NONE, 0.0, 0.0, 0, 0, _NONE, _NONE)

@@ -35,6 +35,7 @@ _PITCH_COMMAND = signals.PITCH_COMMAND
 _ROTOR_SPEED = signals.ROTOR_SPEED
 
 _THIRD = 2.0 * math.pi / 3.0
+_SIDE = math.sqrt(0.75)
 _SCAN = 200  # wind speeds that the start looks at, between lowest and highest
 _BISECTIONS = 50
 _STANDSTILL = 1e-3  # [rad/s]; the estimator needs a tip-speed ratio
@@ -155,11 +156,13 @@ def individual_pitch(  # type: ignore[no-untyped-def]
         share *= min(memory[ELAPSED] / p.fade_time, 1.0)
     for h in range(p.order.size):
         n, place = p.order[h], INDIVIDUAL + 2 * h
+        cos_n, sin_n = math.cos(n * measured[_AZIMUTH]), math.sin(n * measured[_AZIMUTH])
+        side = _SIDE if int(n) % 3 == 1 else -_SIDE  # sine of n 2 pi / 3
         tilt = yaw = 0.0
         for b in range(3):
-            angle = n * (measured[_AZIMUTH] + b * _THIRD)
-            tilt += measured[_OUT_OF_PLANE + b] * math.cos(angle)
-            yaw += measured[_OUT_OF_PLANE + b] * math.sin(angle)
+            tilt += measured[_OUT_OF_PLANE + b] * cos_n
+            yaw += measured[_OUT_OF_PLANE + b] * sin_n
+            cos_n, sin_n = -0.5 * cos_n - side * sin_n, side * cos_n - 0.5 * sin_n
         change = p.gain[h] * step * 2.0 / 3.0
         last = math.hypot(memory[place], memory[place + 1])
         tilt, yaw = memory[place] + change * tilt, memory[place + 1] + change * yaw
@@ -171,9 +174,14 @@ def individual_pitch(  # type: ignore[no-untyped-def]
             tilt *= allowed / size
             yaw *= allowed / size
         memory[place], memory[place + 1] = tilt, yaw
+        # cos and sin of n (psi + offset), the turn by the offset moved to the two parts
+        tilt, yaw = (
+            tilt * p.lead_cos[h] + yaw * p.lead_sin[h],
+            yaw * p.lead_cos[h] - tilt * p.lead_sin[h],
+        )
         for b in range(3):
-            angle = n * (measured[_AZIMUTH] + b * _THIRD + p.offset[h])
-            command[_PITCH_COMMAND + b] += tilt * math.cos(angle) + yaw * math.sin(angle)
+            command[_PITCH_COMMAND + b] += tilt * cos_n + yaw * sin_n
+            cos_n, sin_n = -0.5 * cos_n - side * sin_n, side * cos_n - 0.5 * sin_n
 
 
 @_compiled
