@@ -39,7 +39,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pitchopt.checks import FloatArray, finite_array, finite_number
-from pitchopt.control.parameters import PitchParameters
+from pitchopt.control.parameters import PitchParameters, RangeParameters
 from pitchopt.errors import InputError
 
 __all__ = ["PitchRange", "PitchRegulator", "fit_sensitivity"]
@@ -80,12 +80,14 @@ class PitchRange:
         if self.blade_highest is not None:
             finite_number("blade_highest", self.blade_highest, at_least=self.highest)
 
-    @property
-    def blade_range(self) -> tuple[float, float]:
-        """Lowest and highest command of a blade [rad]."""
-        return (
-            float(self.lowest if self.blade_lowest is None else self.blade_lowest),
-            float(self.highest if self.blade_highest is None else self.blade_highest),
+    def parameters(self) -> RangeParameters:
+        """Numbers for the compiled controller."""
+        return RangeParameters(
+            lowest=float(self.lowest),
+            highest=float(self.highest),
+            rate=float(self.rate),
+            blade_lowest=float(self.lowest if self.blade_lowest is None else self.blade_lowest),
+            blade_highest=float(self.highest if self.blade_highest is None else self.blade_highest),
         )
 
 
@@ -253,19 +255,13 @@ class PitchRegulator:
             if 1.0 + self.linear * beta + self.quadratic * beta * beta <= 0.0:
                 raise InputError(
                     f"linear: got {self.linear} 1/rad with quadratic {self.quadratic} 1/rad^2, "
-                    f"whose sensitivity changes sign at a pitch of {math.degrees(beta):.3g} deg "
-                    "or before; expected a schedule that is positive over the range of pitch"
+                    f"whose sensitivity has changed sign at a pitch of {math.degrees(beta):.3g} "
+                    "deg; expected a schedule that is positive over the range of pitch"
                 )
-        blade_lowest, blade_highest = pitch_range.blade_range
         return PitchParameters(
             proportional=float(self.proportional),
             integral=float(self.integral),
             reference=float(self.reference_speed),
             linear=float(self.linear),
             quadratic=float(self.quadratic),
-            lowest=float(pitch_range.lowest),
-            highest=float(pitch_range.highest),
-            rate=float(pitch_range.rate),
-            blade_lowest=blade_lowest,
-            blade_highest=blade_highest,
         )

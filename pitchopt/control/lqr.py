@@ -1,0 +1,283 @@
+"""Linear quadratic regulator with integral action, scheduled over the wind speed.
+
+About an operating point, with the deviations x = (rotor speed, tower-top displacement, its
+velocity, pitch, generator torque / rated torque, integral of the rotor speed) and the inputs
+u = (pitch, generator torque / rated torque),
+
+    J domega/dt   = T_omega omega + T_beta beta - T_V v - G T_rated t
+    m dv/dt       = F_omega omega + F_beta beta - F_V v - d v - k s,        ds/dt = v
+    dbeta/dt      = (u_1 - beta) / tau_beta,         dt/dt = (u_2 - t) / tau_t
+    dz/dt         = omega
+
+where T_x and F_x are the derivatives of rotor torque and thrust, and a tower top that moves
+downwind takes wind off the rotor.  The gain u = -K x minimises the integral of x'Qx + u'Ru:
+K = R^-1 B'S with A'S + SA - S B R^-1 B'S + Q = 0.  The weights follow equation (13) of the paper,
+
+    Q = diag(1/delta_f^2, 0, c, 1/beta_max^2, 0, q),      R = diag(r, 0.1),
+    q = min(0.1, 0.015 (V - 3) + 0.01),    r = min(1, max(0.1, 1 - 0.18 (V - 9))),
+
+V in m/s, c the weight on the tower-top velocity.  There Q is printed for seven states, with the
+pitch rate, and its third entry is not legible; delta_f is not stated.  Here the pitch actuator is
+of first order, the torque is in shares of the rated one, and delta_f, the deviation of the rotor
+speed that counts as much as a pitch of beta_max, is 1 rad/s: with q = 0.1 the integral then weighs
+as much as the speed at 0.3 rad/s, in the middle of the band of the speed loop.
+
+In operation the rotor speed, the tower top, pitch and torque are measured, the gains and the
+operating point are interpolated over the estimated wind speed, commands keep range and rate, and
+the integral stands still while both commands are out of range and it would push both further.
+
+Source: J. Iori, C. Bottasso, M. McWilliam, control co-design of wind turbine towers, 2024,
+section 3.2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pitchopt.checks import FloatArray, finite_array, finite_number
+from pitchopt.control.parameters import LinearQuadraticParameters, table
+from pitchopt.errors import ComputationError, InputError
+
+__all__ = ["LinearQuadratic", "OperatingDerivatives", "QuadraticWeights"]
+
+_POINT_FIELDS = (
+    "wind_speed",
+    "rotor_speed",
+    "pitch",
+    "generator_torque",
+    "tower_displacement",
+    "torque_by_speed",
+    "torque_by_pitch",
+    "torque_by_wind",
+    "thrust_by_speed",
+    "thrust_by_pitch",
+    "thrust_by_wind",
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OperatingDerivatives:
+    """Steady operating points over the wind speed and the turbine's derivatives there.
+
+    Parameters
+    ----------
+    wind_speed : array_like (W,)
+        Ascending, two or more [m/s].
+    rotor_speed, pitch, generator_torque, tower_displacement : array_like (W,)
+        [rad/s], [rad], [N m] on the high-speed side, [m] downwind.
+    torque_by_speed, torque_by_pitch, torque_by_wind : array_like (W,)
+        Derivatives of the rotor torque [N m s/rad], [N m/rad], [N s].
+    thrust_by_speed, thrust_by_pitch, thrust_by_wind : array_like (W,)
+        Derivatives of the thrust [N s/rad], [N/rad], [N s/m].
+    inertia : float
+        Rotor and generator about the low-speed shaft [kg m^2].
+    gear_ratio : float
+        [-].
+    tower_mass, tower_stiffness, tower_damping : float
+        Of the first fore-aft mode, per tower-top displacement [kg], [N/m], [N s/m].
+    pitch_time, torque_time : float
+        Time constants of pitch actuator and generator [s].
+
+    Raises
+    ------
+    InputError
+        If a number or a length is out of range.
+    """
+
+    wind_speed: FloatArray
+    rotor_speed: FloatArray
+    pitch: FloatArray
+    generator_torque: FloatArray
+    tower_displacement: FloatArray
+    torque_by_speed: FloatArray
+    torque_by_pitch: FloatArray
+    torque_by_wind: FloatArray
+    thrust_by_speed: FloatArray
+    thrust_by_pitch: FloatArray
+    thrust_by_wind: FloatArray
+    inertia: float
+    gear_ratio: float
+    tower_mass: float
+    tower_stiffness: float
+    tower_damping: float
+    pitch_time: float
+    torque_time: float
+
+    def __post_init__(self) -> None:
+        wind = finite_array("wind_speed", self.wind_speed)
+        if wind.size < 2 or np.any(np.diff(wind) <= 0.0):
+            raise InputError(f"wind_speed: got {wind.size} values, expected two or more, ascending")
+        for name in _POINT_FIELDS:
+            array = finite_array(name, getattr(self, name), shape=wind.shape)
+            object.__setattr__(self, name, array)
+        if float(np.max(self.generator_torque)) <= 0.0:
+            raise InputError("generator_torque: got none above 0 N m, expected a rated torque")
+        for name in (
+            "inertia",
+            "gear_ratio",
+            "tower_mass",
+            "tower_stiffness",
+            "pitch_time",
+            "torque_time",
+        ):
+            finite_number(name, getattr(self, name), above=0.0)
+        finite_number("tower_damping", self.tower_damping, at_least=0.0)
+
+    @property
+    def rated_torque(self) -> float:
+        """Largest generator torque of the points [N m]."""
+        return float(np.max(self.generator_torque))
+
+    def linear_model(self, point: int) -> tuple[FloatArray, FloatArray]:
+        """A (6, 6) and B (6, 2) of dx/dt = A x + B u at a point."""
+        j, m = self.inertia, self.tower_mass
+        a, b = np.zeros((6, 6)), np.zeros((6, 2))
+        a[0, 0] = self.torque_by_speed[point] / j
+        a[0, 2] = -self.torque_by_wind[point] / j
+        a[0, 3] = self.torque_by_pitch[point] / j
+        a[0, 4] = -self.gear_ratio * self.rated_torque / j
+        a[1, 2] = 1.0
+        a[2, 0] = self.thrust_by_speed[point] / m
+        a[2, 1] = -self.tower_stiffness / m
+        a[2, 2] = -(self.tower_damping + self.thrust_by_wind[point]) / m
+        a[2, 3] = self.thrust_by_pitch[point] / m
+        a[3, 3], b[3, 0] = -1.0 / self.pitch_time, 1.0 / self.pitch_time
+        a[4, 4], b[4, 1] = -1.0 / self.torque_time, 1.0 / self.torque_time
+        a[5, 0] = 1.0
+        return a, b
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuadraticWeights:
+    """Weights of equation (13).
+
+    Parameters
+    ----------
+    tower_velocity : float, optional
+        c [s^2/m^2], 0 to 0.3 in the paper.
+    largest_pitch : float
+        beta_max, highest pitch of the operating points [rad].
+    speed_deviation : float, optional
+        delta_f [rad/s].
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
+    """
+
+    largest_pitch: float
+    tower_velocity: float = 0.0
+    speed_deviation: float = 1.0
+
+    def __post_init__(self) -> None:
+        finite_number("largest_pitch", self.largest_pitch, above=0.0)
+        finite_number("tower_velocity", self.tower_velocity, at_least=0.0)
+        finite_number("speed_deviation", self.speed_deviation, above=0.0)
+
+    def matrices(self, wind_speed: float) -> tuple[FloatArray, FloatArray]:
+        """Q (6, 6) and R (2, 2) at a wind speed of 3 m/s or more.
+
+        Raises
+        ------
+        InputError
+            At less than 3 m/s, where the schedule of q soon leaves the positive numbers.
+        """
+        v = finite_number("wind_speed", wind_speed, at_least=3.0)
+        q = min(0.1, 0.015 * (v - 3.0) + 0.01)
+        r = min(1.0, max(0.1, 1.0 - 0.18 * (v - 9.0)))
+        states = [
+            1.0 / self.speed_deviation**2,
+            0.0,
+            self.tower_velocity,
+            1.0 / self.largest_pitch**2,
+            0.0,
+            q,
+        ]
+        return np.diag(states), np.diag([r, 0.1])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LinearQuadratic:
+    """Scheduled gains and operating points; takes the place of a `PitchRegulator`.
+
+    Parameters
+    ----------
+    wind_speed : array_like (W,)
+        Ascending, two or more [m/s].
+    gains : array_like (W, 2, 6)
+        K of pitch [rad] and generator torque [shares of the rated torque].
+    reference : array_like (W, 4)
+        Rotor speed [rad/s], tower-top displacement [m], pitch [rad] and generator torque [N m].
+    rated_torque : float
+        [N m].
+
+    Raises
+    ------
+    InputError
+        If a number or a shape is out of range.
+    """
+
+    wind_speed: FloatArray
+    gains: FloatArray
+    reference: FloatArray
+    rated_torque: float
+
+    def __post_init__(self) -> None:
+        wind = finite_array("wind_speed", self.wind_speed)
+        if wind.size < 2 or np.any(np.diff(wind) <= 0.0):
+            raise InputError(f"wind_speed: got {wind.size} values, expected two or more, ascending")
+        object.__setattr__(self, "wind_speed", wind)
+        gains = finite_array("gains", self.gains, shape=(wind.size, 2, 6))
+        object.__setattr__(self, "gains", gains)
+        reference = finite_array("reference", self.reference, shape=(wind.size, 4))
+        object.__setattr__(self, "reference", reference)
+        finite_number("rated_torque", self.rated_torque, above=0.0)
+
+    @classmethod
+    def designed(cls, points: OperatingDerivatives, weights: QuadraticWeights) -> LinearQuadratic:
+        """Regulator with the gains of every operating point.
+
+        Raises
+        ------
+        ComputationError
+            If a Riccati equation has no stabilising solution.
+        """
+        from scipy.linalg import LinAlgError, solve_continuous_are
+
+        gains = np.empty((points.wind_speed.size, 2, 6))
+        for point, wind in enumerate(points.wind_speed):
+            a, b = points.linear_model(point)
+            q, r = weights.matrices(float(wind))
+            try:
+                riccati = solve_continuous_are(a, b, q, r)
+            except LinAlgError as error:
+                raise ComputationError(
+                    f"the Riccati equation at {wind} m/s has no stabilising solution; check that "
+                    "pitch or torque moves the rotor there"
+                ) from error
+            gains[point] = np.linalg.solve(r, b.T @ riccati)
+        columns = (
+            points.rotor_speed,
+            points.tower_displacement,
+            points.pitch,
+            points.generator_torque,
+        )
+        return cls(
+            wind_speed=points.wind_speed,
+            gains=gains,
+            reference=np.stack(columns, axis=1),
+            rated_torque=points.rated_torque,
+        )
+
+    def parameters(self) -> LinearQuadraticParameters:
+        """Numbers for the compiled regulator."""
+        return LinearQuadraticParameters(
+            on=1,
+            wind=table(self.wind_speed),
+            gains=table(self.gains),
+            reference=table(self.reference),
+            torque_scale=float(self.rated_torque),
+        )
