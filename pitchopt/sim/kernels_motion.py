@@ -199,7 +199,7 @@ def frames(
     rotor.apex_velocity[2] = spin[0] * hub[1] - spin[1] * hub[0]
     for i in range(3):
         rotor.spin[i] = spin[i] + v[AZIMUTH] * rotor.axes[i, 0]
-    rotor.tower[0], rotor.tower[1] = q[FORE_AFT], q[SIDE_SIDE]
+    rotor.tower[0], rotor.tower[1], rotor.tower[2] = q[FORE_AFT], q[SIDE_SIDE], body.top
     cone_c, cone_s = body.cone_cosine, body.cone_sine
     for k in range(body.blades):
         psi = q[AZIMUTH] + 2.0 * math.pi * k / body.blades

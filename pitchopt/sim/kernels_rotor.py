@@ -140,8 +140,8 @@ class RotorWork(NamedTuple):
         Position and velocity of the rotor apex, angular velocity of the rotor, global.
     angle : ndarray (B,)
         Azimuth of each blade [rad].
-    tower : ndarray (2,)
-        Slopes of the tower's axis line used for its own position: displacement of its top [m].
+    tower : ndarray (3,)
+        Displacement of the tower's top downwind and to the left, and its height [m].
     flow : ndarray (B, E, 6)
         Normal and tangential wind, x, y, z in the blade frame, slope of the blade's axis.
     force, moment : ndarray (B, 3)
@@ -469,8 +469,10 @@ def rotor_aerodynamics(
             gz = apex[2] + f20 * x + f21 * y + f22 * z
             a, b, c = wind_velocity(wind, hub_speed, gx, gy, gz, time)
             if wind.tower.size > 1:
+                share = min(gz / work.tower[2], 1.0)
+                share *= share  # the deflected axis, nearly a parabola
                 da, db = tower_disturbance(
-                    wind, gx - work.tower[0] * 0.0, gy - work.tower[1] * 0.0, gz, a, b
+                    wind, gx - share * work.tower[0], gy - share * work.tower[1], gz, a, b
                 )
                 a += da
                 b += db

@@ -127,7 +127,9 @@ def wind_velocity(
     if tables.kind != NO_BOX:
         box = tables.box
         length, second, third = box.shape[0], box.shape[1], box.shape[2]
-        i = (tables.carrier * t - x) / tables.step + tables.offset
+        along = tables.cosine * x + tables.sine * y
+        across = tables.cosine * y - tables.sine * x
+        i = (tables.carrier * t - along) / tables.step + tables.offset
         if tables.periodic:
             i -= length * math.floor(i / length)
         i0 = int(i)
@@ -138,15 +140,15 @@ def wind_velocity(
         if i1 >= length:
             i1 = 0 if tables.periodic else i0
         if tables.kind == CARTESIAN:
-            j = (y - tables.low[0]) / tables.steps[0]
+            j = (across - tables.low[0]) / tables.steps[0]
             k = (z - tables.low[1]) / tables.steps[1]
             j0 = min(max(int(j), 0), second - 2)
             k0 = min(max(int(k), 0), third - 2)
             k1 = k0 + 1
         else:
             dz = z - tables.centre
-            j = math.sqrt(y * y + dz * dz) / tables.steps[0]
-            angle = math.atan2(-y, dz) / tables.steps[1]
+            j = math.sqrt(across * across + dz * dz) / tables.steps[0]
+            angle = math.atan2(-across, dz) / tables.steps[1]
             if angle < 0.0:
                 angle += third
             k = angle
@@ -159,27 +161,41 @@ def wind_velocity(
         w00, w01, w10, w11 = cj * ck, cj * fk, fj * ck, fj * fk
         near = box[i0]
         far = box[i1]
-        u += ci * (
-            w00 * near[j0, k0, 0] + w01 * near[j0, k1, 0]
-            + w10 * near[j1, k0, 0] + w11 * near[j1, k1, 0]
+        du = ci * (
+            w00 * near[j0, k0, 0]
+            + w01 * near[j0, k1, 0]
+            + w10 * near[j1, k0, 0]
+            + w11 * near[j1, k1, 0]
         ) + fi * (
-            w00 * far[j0, k0, 0] + w01 * far[j0, k1, 0]
-            + w10 * far[j1, k0, 0] + w11 * far[j1, k1, 0]
+            w00 * far[j0, k0, 0]
+            + w01 * far[j0, k1, 0]
+            + w10 * far[j1, k0, 0]
+            + w11 * far[j1, k1, 0]
         )
-        v += ci * (
-            w00 * near[j0, k0, 1] + w01 * near[j0, k1, 1]
-            + w10 * near[j1, k0, 1] + w11 * near[j1, k1, 1]
+        dv = ci * (
+            w00 * near[j0, k0, 1]
+            + w01 * near[j0, k1, 1]
+            + w10 * near[j1, k0, 1]
+            + w11 * near[j1, k1, 1]
         ) + fi * (
-            w00 * far[j0, k0, 1] + w01 * far[j0, k1, 1]
-            + w10 * far[j1, k0, 1] + w11 * far[j1, k1, 1]
+            w00 * far[j0, k0, 1]
+            + w01 * far[j0, k1, 1]
+            + w10 * far[j1, k0, 1]
+            + w11 * far[j1, k1, 1]
         )
-        w += ci * (
-            w00 * near[j0, k0, 2] + w01 * near[j0, k1, 2]
-            + w10 * near[j1, k0, 2] + w11 * near[j1, k1, 2]
+        w = ci * (
+            w00 * near[j0, k0, 2]
+            + w01 * near[j0, k1, 2]
+            + w10 * near[j1, k0, 2]
+            + w11 * near[j1, k1, 2]
         ) + fi * (
-            w00 * far[j0, k0, 2] + w01 * far[j0, k1, 2]
-            + w10 * far[j1, k0, 2] + w11 * far[j1, k1, 2]
+            w00 * far[j0, k0, 2]
+            + w01 * far[j0, k1, 2]
+            + w10 * far[j1, k0, 2]
+            + w11 * far[j1, k1, 2]
         )
+        u += tables.cosine * du - tables.sine * dv
+        v += tables.sine * du + tables.cosine * dv
     return u, v, w
 
 
