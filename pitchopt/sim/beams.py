@@ -143,8 +143,10 @@ class Beam:
         for e in range(count - 1):
             # unknown of direction i, local a = (u0, u0', u1, u1')
             index = np.array(
-                [[4 * e + 2 * i, 4 * e + 2 * i + 1, 4 * e + 4 + 2 * i, 4 * e + 5 + 2 * i]
-                 for i in range(2)]
+                [
+                    [4 * e + 2 * i, 4 * e + 2 * i + 1, 4 * e + 4 + 2 * i, 4 * e + 5 + 2 * i]
+                    for i in range(2)
+                ]
             ).ravel()
             matrix[np.ix_(index, index)] += element[e].reshape(8, 8)
         return matrix

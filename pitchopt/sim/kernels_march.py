@@ -47,6 +47,8 @@ from pitchopt.sim.kernels_wind import WindTables, wind_speed, wind_velocity
 
 __all__ = ["Model", "State", "Work", "advance", "march", "measure", "output"]
 
+_compiled = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+
 RUNNING = 0
 DIVERGED = 1
 
@@ -164,9 +166,10 @@ class Work(NamedTuple):
     command: FloatArray
 
 
-@njit(cache=True, nogil=True)
-def _loads(model: Model, state: State, work: Work, q: FloatArray, v: FloatArray, time: float,
-           step: float) -> None:
+@_compiled
+def _loads(
+    model: Model, state: State, work: Work, q: FloatArray, v: FloatArray, time: float, step: float
+) -> None:
     """Frames, aerodynamics and equations of motion at a state and time."""
     for k in range(model.body.blades):
         for j in range(2):
@@ -174,16 +177,30 @@ def _loads(model: Model, state: State, work: Work, q: FloatArray, v: FloatArray,
             work.bend_rate[k, j] = v[BLADES + 2 * k + j]
     frames(model.body, work.rotor, work.motion, q, v, state.pitch)
     rotor_aerodynamics(
-        model.rotor, model.wind, state.inflow, work.rotor, wind_speed(model.wind, time), time,
-        step, state.pitch, state.pitch_rate, work.bend, work.bend_rate,
+        model.rotor,
+        model.wind,
+        state.inflow,
+        work.rotor,
+        wind_speed(model.wind.time, model.wind.speed, time),
+        time,
+        step,
+        state.pitch,
+        state.pitch_rate,
+        work.bend,
+        work.bend_rate,
     )
     assemble(
-        model.body, work.rotor, work.motion, q, v, state.torque[0] * model.gear_ratio,
+        model.body,
+        work.rotor,
+        work.motion,
+        q,
+        v,
+        state.torque[0] * model.gear_ratio,
         work.scratch,
     )
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def begin(model: Model, state: State, work: Work) -> bool:
     """Accelerations and loads of the first instant."""
     time = state.count[0] * model.step
@@ -191,13 +208,21 @@ def begin(model: Model, state: State, work: Work) -> bool:
     good = solve(model.body, work.motion, state.q, state.v, 0.0, state.a)
     state.before[:] = state.a
     reactions(
-        model.body, work.rotor, work.motion, state.q, state.v, state.a, work.root, work.hub,
-        work.top, work.scratch,
+        model.body,
+        work.rotor,
+        work.motion,
+        state.q,
+        state.v,
+        state.a,
+        work.root,
+        work.hub,
+        work.top,
+        work.scratch,
     )
     return good
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def advance(model: Model, state: State, work: Work, command: FloatArray) -> int:
     """One step under a command that is held; returns RUNNING or DIVERGED."""
     h = model.step
@@ -226,7 +251,15 @@ def advance(model: Model, state: State, work: Work, command: FloatArray) -> int:
     if q[AZIMUTH] > 2.0 * math.pi:
         q[AZIMUTH] -= 2.0 * math.pi
     reactions(
-        body, work.rotor, work.motion, work.q, work.v, a, work.root, work.hub, work.top,
+        body,
+        work.rotor,
+        work.motion,
+        work.q,
+        work.v,
+        a,
+        work.root,
+        work.hub,
+        work.top,
         work.scratch,
     )
     good &= abs(v[AZIMUTH]) < model.fastest
@@ -237,7 +270,7 @@ def advance(model: Model, state: State, work: Work, command: FloatArray) -> int:
     return RUNNING if good else DIVERGED
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def measure(model: Model, state: State, work: Work, measured: FloatArray) -> None:
     """Fill the controller's view of the turbine."""
     q, v, a = state.q, state.v, state.a
@@ -262,7 +295,7 @@ def measure(model: Model, state: State, work: Work, measured: FloatArray) -> Non
     measured[signals.POWER] = model.efficiency * state.torque[0] * generator
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def output(model: Model, state: State, work: Work, out: FloatArray) -> None:
     """Fill the output vector in the order of `pitchopt.sim.channels`, SI units."""
     q, v, a = state.q, state.v, state.a
@@ -270,9 +303,7 @@ def output(model: Model, state: State, work: Work, out: FloatArray) -> None:
     blades = body.blades
     time = state.count[0] * model.step
     out[0] = time
-    out[1], out[2], out[3] = wind_velocity(
-        model.wind, wind_speed(model.wind, time), 0.0, 0.0, model.hub_height, time
-    )
+    out[1], out[2], out[3] = wind_velocity(model.wind, 0.0, 0.0, model.hub_height, time)
     out[4] = rotor.disc_wind[0]
     generator = (v[AZIMUTH] + v[TWIST]) * model.gear_ratio
     out[5], out[6] = v[AZIMUTH], generator
@@ -301,12 +332,8 @@ def output(model: Model, state: State, work: Work, out: FloatArray) -> None:
     out[19], out[20] = a[FORE_AFT], a[SIDE_SIDE]
     turning, top = work.motion.turn, work.top
     for i in range(3):
-        out[21 + i] = (
-            turning[0, i] * top[0] + turning[1, i] * top[1] + turning[2, i] * top[2]
-        )
-        out[24 + i] = (
-            turning[0, i] * top[3] + turning[1, i] * top[4] + turning[2, i] * top[5]
-        )
+        out[21 + i] = turning[0, i] * top[0] + turning[1, i] * top[1] + turning[2, i] * top[2]
+        out[24 + i] = turning[0, i] * top[3] + turning[1, i] * top[4] + turning[2, i] * top[5]
     sections = model.heights.size
     start = SCALARS + PER_BLADE * blades
     for s in range(sections - 1):
@@ -314,12 +341,16 @@ def output(model: Model, state: State, work: Work, out: FloatArray) -> None:
         dx = q[FORE_AFT] * (1.0 - model.tower_shape[0, s])
         dy = q[SIDE_SIDE] * (1.0 - model.tower_shape[1, s])
         mx = (
-            top[3] + dy * top[2] - length * top[1]
+            top[3]
+            + dy * top[2]
+            - length * top[1]
             + model.tower_inertia_moment[1, s] * a[SIDE_SIDE]
             - body.gravity * model.tower_weight_moment[1, s] * q[SIDE_SIDE]
         )
         my = (
-            top[4] + length * top[0] - dx * top[2]
+            top[4]
+            + length * top[0]
+            - dx * top[2]
             - model.tower_inertia_moment[0, s] * a[FORE_AFT]
             + body.gravity * model.tower_weight_moment[0, s] * q[FORE_AFT]
         )
@@ -349,9 +380,15 @@ def output(model: Model, state: State, work: Work, out: FloatArray) -> None:
         out[place + 10 * blades] = uy * cb - ux * sb
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def march(
-    model: Model, state: State, work: Work, control, memory: FloatArray, steps: int, every: int,
+    model: Model,
+    state: State,
+    work: Work,
+    control,
+    memory: FloatArray,
+    steps: int,
+    every: int,
     record: FloatArray,
 ) -> tuple[int, int]:
     """Run the closed loop with a compiled controller.

@@ -41,6 +41,8 @@ AZIMUTH = 2
 TWIST = 3
 BLADES = 4
 
+_compiled = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+
 
 class BodyTables(NamedTuple):
     """Masses and stiffnesses as the time loop sees them.
@@ -156,9 +158,13 @@ class MotionWork(NamedTuple):
     c: FloatArray
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def frames(
-    body: BodyTables, rotor: RotorWork, work: MotionWork, q: FloatArray, v: FloatArray,
+    body: BodyTables,
+    rotor: RotorWork,
+    work: MotionWork,
+    q: FloatArray,
+    v: FloatArray,
     pitch: FloatArray,
 ) -> None:
     """Positions, velocities and frames of the rotor for a state, and pitched integrals."""
@@ -213,7 +219,8 @@ def frames(
         cb, sb = math.cos(pitch[k]), math.sin(pitch[k])
         for i in range(2):
             for table, out in (
-                (body.force, work.shape_force[k]), (body.lever, work.shape_lever[k])
+                (body.force, work.shape_force[k]),
+                (body.lever, work.shape_lever[k]),
             ):
                 out[i, 0] = table[i, 0] * cb + table[i, 1] * sb
                 out[i, 1] = table[i, 1] * cb - table[i, 0] * sb
@@ -230,10 +237,17 @@ def frames(
                 out4[i, 1, j, 1] = by * cb - bx * sb
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def _blade_inertia(
-    body: BodyTables, rotor: RotorWork, work: MotionWork, k: int,
-    acceleration: FloatArray, angular: FloatArray, q: FloatArray, v: FloatArray, a: FloatArray,
+    body: BodyTables,
+    rotor: RotorWork,
+    work: MotionWork,
+    k: int,
+    acceleration: FloatArray,
+    angular: FloatArray,
+    q: FloatArray,
+    v: FloatArray,
+    a: FloatArray,
     with_acceleration: float,
 ) -> None:
     """Inertial loads of blade k, gravity included, for given motion of the apex.
@@ -242,9 +256,21 @@ def _blade_inertia(
     acceleration, global.  Modal accelerations are those of `a` times `with_acceleration`.
     """
     frame = rotor.frame[k]
-    a0 = frame[0, 0] * acceleration[0] + frame[1, 0] * acceleration[1] + frame[2, 0] * acceleration[2]
-    a1 = frame[0, 1] * acceleration[0] + frame[1, 1] * acceleration[1] + frame[2, 1] * acceleration[2]
-    a2 = frame[0, 2] * acceleration[0] + frame[1, 2] * acceleration[1] + frame[2, 2] * acceleration[2]
+    a0 = (
+        frame[0, 0] * acceleration[0]
+        + frame[1, 0] * acceleration[1]
+        + frame[2, 0] * acceleration[2]
+    )
+    a1 = (
+        frame[0, 1] * acceleration[0]
+        + frame[1, 1] * acceleration[1]
+        + frame[2, 1] * acceleration[2]
+    )
+    a2 = (
+        frame[0, 2] * acceleration[0]
+        + frame[1, 2] * acceleration[1]
+        + frame[2, 2] * acceleration[2]
+    )
     wx = frame[0, 0] * rotor.spin[0] + frame[1, 0] * rotor.spin[1] + frame[2, 0] * rotor.spin[2]
     wy = frame[0, 1] * rotor.spin[0] + frame[1, 1] * rotor.spin[1] + frame[2, 1] * rotor.spin[2]
     wz = frame[0, 2] * rotor.spin[0] + frame[1, 2] * rotor.spin[1] + frame[2, 2] * rotor.spin[2]
@@ -318,10 +344,16 @@ def _blade_inertia(
     out[3], out[4], out[5] = mx, my, mz
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def _apex_motion(
-    body: BodyTables, rotor: RotorWork, work: MotionWork, v: FloatArray, a: FloatArray,
-    share: float, acceleration: FloatArray, angular: FloatArray,
+    body: BodyTables,
+    rotor: RotorWork,
+    work: MotionWork,
+    v: FloatArray,
+    a: FloatArray,
+    share: float,
+    acceleration: FloatArray,
+    angular: FloatArray,
 ) -> None:
     """Apex acceleration less gravity and angular acceleration of the rotor, global.
 
@@ -343,10 +375,15 @@ def _apex_motion(
     angular[2] = alpha * axes[2, 0] + omega * (spin[0] * axes[1, 0] - spin[1] * axes[0, 0])
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def assemble(
-    body: BodyTables, rotor: RotorWork, work: MotionWork, q: FloatArray, v: FloatArray,
-    generator_torque: float, scratch: FloatArray,
+    body: BodyTables,
+    rotor: RotorWork,
+    work: MotionWork,
+    q: FloatArray,
+    v: FloatArray,
+    generator_torque: float,
+    scratch: FloatArray,
 ) -> None:
     """Mass matrix and right-hand side for the state that `frames` was called with.
 
@@ -445,9 +482,7 @@ def assemble(
                 cross = 0.0
                 for i in range(2):
                     cross += q[start + i] * (coupling[i, 0, j, 1] - coupling[i, 1, j, 0])
-                value = (
-                    fx * a0 + fy * a1 - lever[j, 1] * b0 + lever[j, 0] * b1 + cross * b2
-                )
+                value = fx * a0 + fy * a1 - lever[j, 1] * b0 + lever[j, 0] * b1 + cross * b2
                 matrix[start + j, column] += value
                 matrix[column, start + j] += value
         for i in range(2):
@@ -512,7 +547,7 @@ def assemble(
             matrix[i, i] = 1.0
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def _stiff(body: BodyTables, i: int, j: int) -> tuple[float, float]:
     """Linear stiffness and damping between coordinates i and j."""
     if i < 2:
@@ -527,7 +562,7 @@ def _stiff(body: BodyTables, i: int, j: int) -> tuple[float, float]:
     return 0.0, 0.0
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def solve(
     body: BodyTables, work: MotionWork, q: FloatArray, v: FloatArray, step: float, a: FloatArray
 ) -> bool:
@@ -580,10 +615,18 @@ def solve(
     return True
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def reactions(
-    body: BodyTables, rotor: RotorWork, work: MotionWork, q: FloatArray, v: FloatArray,
-    a: FloatArray, root: FloatArray, hub: FloatArray, top: FloatArray, scratch: FloatArray,
+    body: BodyTables,
+    rotor: RotorWork,
+    work: MotionWork,
+    q: FloatArray,
+    v: FloatArray,
+    a: FloatArray,
+    root: FloatArray,
+    hub: FloatArray,
+    top: FloatArray,
+    scratch: FloatArray,
 ) -> None:
     """Section loads for state and accelerations, in the configuration of `frames`.
 

@@ -32,7 +32,14 @@ from numba import njit
 from numpy.typing import NDArray
 
 from pitchopt.checks import FloatArray
-from pitchopt.sim.kernels_wind import WindTables, tower_disturbance, wind_velocity
+from pitchopt.sim.kernels_wind import (
+    NO_BOX,
+    POLAR,
+    WindTables,
+    fluctuation,
+    table,
+    tower_disturbance,
+)
 
 __all__ = ["InflowState", "RotorTables", "RotorWork", "rotor_aerodynamics"]
 
@@ -43,6 +50,8 @@ _MIN_LOSS = 1e-4
 _ACCEPT = 2e-3  # correction of phi relative to sin phi below which one evaluation does
 _NEWTON = 12
 _FAR = 12.0  # exp(-12) is nothing beside 1
+
+_compiled = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
 
 
 class RotorTables(NamedTuple):
@@ -166,7 +175,7 @@ class RotorWork(NamedTuple):
     disc_wind: FloatArray
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def _row(alpha: FloatArray, first: int, last: int, row: int, at: float) -> int:
     """Row whose interval holds `at`, searched from `row`."""
     if row < first or row >= last:
@@ -178,7 +187,7 @@ def _row(alpha: FloatArray, first: int, last: int, row: int, at: float) -> int:
     return row
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def _loss(outer: float, inner: float, s: float, c: float) -> tuple[float, float]:
     """Loss factor F at sin phi = s > 0 and its derivative by phi."""
     factor, rate = 1.0, 0.0
@@ -201,7 +210,7 @@ def _loss(outer: float, inner: float, s: float, c: float) -> tuple[float, float]
     return factor, rate
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def _axial(kappa: float, loss: float) -> float:
     """Induction factor of momentum theory and of Buhl's parabola, kappa > -1."""
     if kappa <= 2.0 / 3.0:
@@ -214,31 +223,39 @@ def _axial(kappa: float, loss: float) -> float:
     return (two - (10.0 / 9.0 - loss) - root) / g3
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def _lift(
-    tables: RotorTables, e: int, row: int, at: float
+    alpha: FloatArray, cl: FloatArray, first: int, last: int, row: int, at: float
 ) -> tuple[float, float, int]:
     """Lift coefficient, its slope and the row."""
-    alpha = tables.alpha
-    first, last = tables.first[e], tables.last[e]
     row = _row(alpha, first, last, row, at)
     if at < alpha[first]:
-        return tables.cl[first], 0.0, row
+        return cl[first], 0.0, row
     if at > alpha[last]:
-        return tables.cl[last], 0.0, row
-    slope = (tables.cl[row + 1] - tables.cl[row]) / (alpha[row + 1] - alpha[row])
-    return tables.cl[row] + slope * (at - alpha[row]), slope, row
+        return cl[last], 0.0, row
+    slope = (cl[row + 1] - cl[row]) / (alpha[row + 1] - alpha[row])
+    return cl[row] + slope * (at - alpha[row]), slope, row
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def _residual(
-    tables: RotorTables, e: int, row: int, phi: float, x: float, theta: float, solidity: float,
+    alpha: FloatArray,
+    lift: FloatArray,
+    first: int,
+    last: int,
+    row: int,
+    outer: float,
+    inner: float,
+    phi: float,
+    x: float,
+    theta: float,
+    solidity: float,
     negative: bool,
 ) -> tuple[float, float, float, int]:
     """Residual of the general balance at phi, with kappa and kappa' (any sign of phi)."""
     s, c = math.sin(phi), math.cos(phi)
-    cl, _, row = _lift(tables, e, row, phi - theta)
-    loss, _ = _loss(tables.outer[e], tables.inner[e], abs(s), c)
+    cl, _, row = _lift(alpha, lift, first, last, row, phi - theta)
+    loss, _ = _loss(outer, inner, abs(s), c)
     common = solidity * cl / (4.0 * loss * s)
     kappa = common * c / s
     swirl = common * s / c
@@ -253,9 +270,18 @@ def _residual(
     return s * inverse - x * c * (1.0 - swirl), kappa, swirl, row
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def _bisect(
-    tables: RotorTables, e: int, row: int, x: float, theta: float, solidity: float,
+    alpha: FloatArray,
+    lift: FloatArray,
+    first: int,
+    last: int,
+    row: int,
+    outer: float,
+    inner: float,
+    x: float,
+    theta: float,
+    solidity: float,
     negative: bool,
 ) -> tuple[float, float, float, int]:
     """Inflow angle, a and a' by Ning's brackets in turn; phi is NaN where there is no root."""
@@ -268,8 +294,12 @@ def _bisect(
         else:
             low, high = math.pi / 2 + _EDGE, math.pi - _EDGE
         low, high = sign * low, sign * high
-        at_low, _, _, row = _residual(tables, e, row, low, x, theta, solidity, negative)
-        at_high, _, _, row = _residual(tables, e, row, high, x, theta, solidity, negative)
+        at_low, _, _, row = _residual(
+            alpha, lift, first, last, row, outer, inner, low, x, theta, solidity, negative
+        )
+        at_high, _, _, row = _residual(
+            alpha, lift, first, last, row, outer, inner, high, x, theta, solidity, negative
+        )
         if not (at_low * at_high <= 0.0):
             continue
         side = 0
@@ -278,7 +308,9 @@ def _bisect(
             middle = (low * at_high - high * at_low) / (at_high - at_low)
             if not (min(low, high) < middle < max(low, high)):
                 middle = 0.5 * (low + high)
-            value, _, _, row = _residual(tables, e, row, middle, x, theta, solidity, negative)
+            value, _, _, row = _residual(
+                alpha, lift, first, last, row, outer, inner, middle, x, theta, solidity, negative
+            )
             if value * at_high > 0.0:
                 high, at_high = middle, value
                 if side == -1:
@@ -292,8 +324,10 @@ def _bisect(
             if abs(high - low) < 1e-13 or value == 0.0 or abs(value) < 1e-14:
                 break
         phi = middle
-        _, kappa, swirl, row = _residual(tables, e, row, phi, x, theta, solidity, negative)
-        loss, _ = _loss(tables.outer[e], tables.inner[e], abs(math.sin(phi)), math.cos(phi))
+        _, kappa, swirl, row = _residual(
+            alpha, lift, first, last, row, outer, inner, phi, x, theta, solidity, negative
+        )
+        loss, _ = _loss(outer, inner, abs(math.sin(phi)), math.cos(phi))
         if (phi > 0.0) != negative:
             a = _axial(kappa, loss)
         else:
@@ -303,31 +337,48 @@ def _bisect(
     return math.nan, 0.0, 0.0, row
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def _balance(
-    tables: RotorTables, state: InflowState, k: int, e: int, vn: float, vt: float, theta: float,
-    radius: float,
+    alpha: FloatArray,
+    lift: FloatArray,
+    first: int,
+    last: int,
+    outer: float,
+    inner: float,
+    rows: NDArray[np.int64],
+    root: FloatArray,
+    counts: NDArray[np.int64],
+    k: int,
+    e: int,
+    vn: float,
+    vt: float,
+    theta: float,
+    solidity: float,
 ) -> tuple[float, float]:
-    """Induction factors a and a' of blade k's station e in momentum balance."""
-    if tables.outer[e] <= 0.0 or tables.inner[e] <= 0.0:
+    """Induction factors a and a' of blade k's station e in momentum balance.
+
+    `rows`, `root` and `counts` are those of `InflowState`.
+    """
+    if outer <= 0.0 or inner <= 0.0:
         return 1.0, 0.0
     if abs(vn) <= _STILL or abs(vt) <= _STILL:
         return 0.0, 0.0
-    solidity = tables.blades * tables.chord[e] / (2.0 * math.pi * radius)
     x = vn / vt
-    root = state.root[k, e]
-    state.counts[1] += 1
-    phi = root[0] + root[3] * (x - root[1]) + root[4] * (theta - root[2])
-    row = state.row[k, e]
-    alpha = tables.alpha
-    if x > 0.0 and root[0] > 0.0:
+    counts[1] += 1
+    phi = (
+        root[k, e, 0]
+        + root[k, e, 3] * (x - root[k, e, 1])
+        + root[k, e, 4] * (theta - root[k, e, 2])
+    )
+    row = rows[k, e]
+    if x > 0.0 and root[k, e, 0] > 0.0:
         for _ in range(_NEWTON):
             if not (_EDGE < phi < math.pi / 2 - 1e-3):
                 break
-            state.counts[0] += 1
+            counts[0] += 1
             s, c = math.sin(phi), math.cos(phi)
-            cl, rise, row = _lift(tables, e, row, phi - theta)
-            loss, loss_rate = _loss(tables.outer[e], tables.inner[e], s, c)
+            cl, rise, row = _lift(alpha, lift, first, last, row, phi - theta)
+            loss, loss_rate = _loss(outer, inner, s, c)
             common = solidity / (4.0 * loss * s)
             kappa = common * cl * c / s
             swirl = common * cl * s / c
@@ -359,29 +410,38 @@ def _balance(
                 phi += change
                 a += a_rate * change
                 tangential = (swirl + swirl_rate * change) / (rest - swirl_rate * change)
-                root[0], root[1], root[2] = phi, x, theta
-                root[3] = c * rest / slope
+                root[k, e, 0], root[k, e, 1], root[k, e, 2] = phi, x, theta
+                root[k, e, 3] = c * rest / slope
                 by_theta = common * rise * (-c / s)
                 if kappa <= 2.0 / 3.0:
                     by_theta = s * by_theta
                 else:
                     by_theta = s * inverse * inverse * by_kappa * by_theta
-                root[4] = -(by_theta - x * c * common * rise * s / c) / slope
-                state.row[k, e] = row
+                root[k, e, 4] = -(by_theta - x * c * common * rise * s / c) / slope
+                rows[k, e] = row
                 return min(max(a, -1.0), 1.5), min(max(tangential, -1.0), 1.0)
             phi += change
-    state.counts[2] += 1
-    phi, a, tangential, row = _bisect(tables, e, row, x, theta, solidity, vn < 0.0)
-    state.row[k, e] = row
-    root[1], root[2], root[3], root[4] = x, theta, 0.0, 0.0
-    root[0] = phi if phi == phi else 0.0
+    counts[2] += 1
+    phi, a, tangential, row = _bisect(
+        alpha, lift, first, last, row, outer, inner, x, theta, solidity, vn < 0.0
+    )
+    rows[k, e] = row
+    root[k, e, 1], root[k, e, 2], root[k, e, 3], root[k, e, 4] = x, theta, 0.0, 0.0
+    root[k, e, 0] = phi if phi == phi else 0.0
     return a, tangential
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def _filtered(
-    old: float, new: float, middle: float, induced: float, h: float, tau: float, ratio: float,
-    decay: float, decay2: float,
+    old: float,
+    new: float,
+    middle: float,
+    induced: float,
+    h: float,
+    tau: float,
+    ratio: float,
+    decay: float,
+    decay2: float,
 ) -> tuple[float, float]:
     """W_int and W after a step h over which W_qs goes linearly from `old` to `new`."""
     rate = (new - old) / h
@@ -394,7 +454,7 @@ def _filtered(
     )
 
 
-@njit(cache=True, nogil=True)
+@_compiled
 def rotor_aerodynamics(
     tables: RotorTables,
     wind: WindTables,
@@ -421,15 +481,53 @@ def rotor_aerodynamics(
     bend, bend_rate : ndarray (B, 2)
         Modal deflections and their rates [m, m/s].
     """
-    count = tables.span.size
+    t_span, t_chord, t_twist = tables.span, tables.chord, tables.twist
+    t_prebend, t_sweep, t_width, t_lever = (
+        tables.prebend,
+        tables.sweep,
+        tables.width,
+        tables.lever,
+    )
+    t_shape, t_slope, t_shortening, t_weight = (
+        tables.shape,
+        tables.slope,
+        tables.shortening,
+        tables.weight,
+    )
+    t_alpha, t_cl, t_cd, t_cm = tables.alpha, tables.cl, tables.cd, tables.cm
+    t_first, t_last, t_outer, t_inner = tables.first, tables.last, tables.outer, tables.inner
+    hub_radius = tables.hub_radius
+    shear, shear_low, shear_step = wind.shear, wind.shear_low, wind.shear_step
+    shear_slope, wind_c, wind_s = wind.slope, wind.cosine, wind.sine
+    tower, wall, tower_low, tower_step = (
+        wind.tower,
+        wind.tower_radius,
+        wind.tower_low,
+        wind.tower_step,
+    )
+    shadow, lateral_tower = tower.size > 1, wind.lateral
+    top_x, top_y, top_height = work.tower[0], work.tower[1], work.tower[2]
+    box, turbulent, polar, periodic = (
+        wind.box,
+        wind.kind != NO_BOX,
+        wind.kind == POLAR,
+        wind.periodic,
+    )
+    box_rate, box_start = 1.0 / wind.step, wind.carrier * time / wind.step + wind.offset
+    second_low, third_low = wind.low[0], wind.low[1]
+    second_step, third_step = wind.steps[0], wind.steps[1]
+    rows, root, counts = state.row, state.root, state.counts
+    force_out, moment_out, modal_out = work.force, work.moment, work.modal
+    count = t_span.size
     cone_c, cone_s = tables.cone_cosine, tables.cone_sine
     apex, velocity, spin = work.apex, work.apex_velocity, work.spin
-    sum_x, sum_y, sum_z, normal_sum = 0.0, 0.0, 0.0, 0.0
+    flow = work.flow
+    sum_x, sum_y, sum_z = 0.0, 0.0, 0.0
     for k in range(tables.blades):
-        frame = work.frame[k]
-        f00, f01, f02 = frame[0, 0], frame[0, 1], frame[0, 2]
-        f10, f11, f12 = frame[1, 0], frame[1, 1], frame[1, 2]
-        f20, f21, f22 = frame[2, 0], frame[2, 1], frame[2, 2]
+        frame = work.frame
+        f00, f01, f02 = frame[k, 0, 0], frame[k, 0, 1], frame[k, 0, 2]
+        f10, f11, f12 = frame[k, 1, 0], frame[k, 1, 1], frame[k, 1, 2]
+        f20, f21, f22 = frame[k, 2, 0], frame[k, 2, 1], frame[k, 2, 2]
         vx = f00 * velocity[0] + f10 * velocity[1] + f20 * velocity[2]
         vy = f01 * velocity[0] + f11 * velocity[1] + f21 * velocity[2]
         vz = f02 * velocity[0] + f12 * velocity[1] + f22 * velocity[2]
@@ -442,23 +540,25 @@ def rotor_aerodynamics(
         d0, d1 = bend_rate[k, 0], bend_rate[k, 1]
         bx, by, bz = 0.0, 0.0, 0.0
         for e in range(count):
-            shape = tables.shape[e]
             # deflection before it is turned by pitch
-            px = q0 * shape[0, 0] + q1 * shape[1, 0]
-            py = q0 * shape[0, 1] + q1 * shape[1, 1]
-            rx = d0 * shape[0, 0] + d1 * shape[1, 0]
-            ry = d0 * shape[0, 1] + d1 * shape[1, 1]
-            slope = tables.slope[e]
-            sx = q0 * slope[0, 0] + q1 * slope[1, 0]
-            sy = q0 * slope[0, 1] + q1 * slope[1, 1]
+            px = q0 * t_shape[e, 0, 0] + q1 * t_shape[e, 1, 0]
+            py = q0 * t_shape[e, 0, 1] + q1 * t_shape[e, 1, 1]
+            rx = d0 * t_shape[e, 0, 0] + d1 * t_shape[e, 1, 0]
+            ry = d0 * t_shape[e, 0, 1] + d1 * t_shape[e, 1, 1]
+            sx = q0 * t_slope[e, 0, 0] + q1 * t_slope[e, 1, 0]
+            sy = q0 * t_slope[e, 0, 1] + q1 * t_slope[e, 1, 1]
             tilt = sx * cb + sy * sb
-            short = tables.shortening[e]
-            z = tables.hub_radius + tables.span[e] - 0.5 * (
-                q0 * (q0 * short[0, 0] + q1 * short[0, 1])
-                + q1 * (q0 * short[1, 0] + q1 * short[1, 1])
+            z = (
+                hub_radius
+                + t_span[e]
+                - 0.5
+                * (
+                    q0 * (q0 * t_shortening[e, 0, 0] + q1 * t_shortening[e, 0, 1])
+                    + q1 * (q0 * t_shortening[e, 1, 0] + q1 * t_shortening[e, 1, 1])
+                )
             )
-            ox = tables.prebend[e] * cb + tables.sweep[e] * sb
-            oy = tables.sweep[e] * cb - tables.prebend[e] * sb
+            ox = t_prebend[e] * cb + t_sweep[e] * sb
+            oy = t_sweep[e] * cb - t_prebend[e] * sb
             x = ox + px * cb + py * sb
             y = oy + py * cb - px * sb
             ux = vx + wy * z - wz * y + rx * cb + ry * sb + rate * oy
@@ -467,30 +567,52 @@ def rotor_aerodynamics(
             gx = apex[0] + f00 * x + f01 * y + f02 * z
             gy = apex[1] + f10 * x + f11 * y + f12 * z
             gz = apex[2] + f20 * x + f21 * y + f22 * z
-            a, b, c = wind_velocity(wind, hub_speed, gx, gy, gz, time)
-            if wind.tower.size > 1:
-                share = min(gz / work.tower[2], 1.0)
-                share *= share  # the deflected axis, nearly a parabola
-                da, db = tower_disturbance(
-                    wind, gx - share * work.tower[0], gy - share * work.tower[1], gz, a, b
+            mean = hub_speed * (table(shear, shear_low, shear_step, gz) + shear_slope * gy)
+            u, v, c = mean, 0.0, 0.0
+            if turbulent:
+                u, v, c = fluctuation(
+                    box,
+                    polar,
+                    periodic,
+                    box_start - (wind_c * gx + wind_s * gy) * box_rate,
+                    wind_c * gy - wind_s * gx - second_low,
+                    gz - third_low,
+                    second_step,
+                    third_step,
                 )
-                a += da
-                b += db
+                u += mean
+            a, b = wind_c * u - wind_s * v, wind_s * u + wind_c * v
+            if shadow:
+                radius = table(tower, tower_low, tower_step, gz)
+                if radius > 0.0:
+                    share = min(gz / top_height, 1.0)
+                    share *= share  # the deflected axis, nearly a parabola
+                    da, db = tower_disturbance(
+                        radius,
+                        table(wall, tower_low, tower_step, gz),
+                        lateral_tower,
+                        gx - share * top_x,
+                        gy - share * top_y,
+                        a,
+                        b,
+                    )
+                    a += da
+                    b += db
             nx = f00 * a + f10 * b + f20 * c - ux
             ny = f01 * a + f11 * b + f21 * c - uy
             nz = f02 * a + f12 * b + f22 * c - uz
             bx += nx
             by += ny
             bz += nz
-            flow = work.flow[k, e]
-            flow[0] = (nx - tilt * nz) / math.sqrt(1.0 + tilt * tilt)
-            flow[1] = ny
-            flow[2], flow[3], flow[4], flow[5] = x, y, z, tilt
-            normal_sum += flow[0]
+            flow[k, e, 0] = (nx - tilt * nz) / math.sqrt(1.0 + tilt * tilt)
+            flow[k, e, 1] = ny
+            flow[k, e, 2], flow[k, e, 3], flow[k, e, 4] = x, y, z
+            flow[k, e, 5] = tilt
         sum_x += f00 * bx + f01 * by + f02 * bz
         sum_y += f10 * bx + f11 * by + f12 * bz
         sum_z += f20 * bx + f21 * by + f22 * bz
     axes = work.axes
+    quasi, middle, induced = state.quasi, state.middle, state.induced
     total = tables.blades * count
     along = (axes[0, 0] * sum_x + axes[1, 0] * sum_y + axes[2, 0] * sum_z) / total
     lateral = (axes[0, 1] * sum_x + axes[1, 1] * sum_y + axes[2, 1] * sum_z) / total
@@ -516,36 +638,69 @@ def rotor_aerodynamics(
         fx_sum, fy_sum, fz_sum = 0.0, 0.0, 0.0
         mx_sum, my_sum, mz_sum = 0.0, 0.0, 0.0
         m0, m1 = 0.0, 0.0
-        tip = work.flow[k, count - 1]
-        tip_radius = math.hypot(cone_c * tip[4] + cone_s * tip[2], tip[3])
+        tip_radius = math.hypot(
+            cone_c * flow[k, count - 1, 4] + cone_s * flow[k, count - 1, 2],
+            flow[k, count - 1, 3],
+        )
         for e in range(count):
-            flow = work.flow[k, e]
-            vn, vt, x, y, z, tilt = flow[0], flow[1], flow[2], flow[3], flow[4], flow[5]
-            theta = tables.twist[e] + pitch[k]
+            vn, vt = flow[k, e, 0], flow[k, e, 1]
+            x, y, z, tilt = flow[k, e, 2], flow[k, e, 3], flow[k, e, 4], flow[k, e, 5]
+            theta = t_twist[e] + pitch[k]
             radial = cone_c * z + cone_s * x
             radius = math.sqrt(radial * radial + y * y)
-            a, swirl = _balance(tables, state, k, e, vn, vt, theta, radius)
+            first, last = t_first[e], t_last[e]
+            solidity = tables.blades * t_chord[e] / (2.0 * math.pi * radius)
+            a, swirl = _balance(
+                t_alpha,
+                t_cl,
+                first,
+                last,
+                t_outer[e],
+                t_inner[e],
+                rows,
+                root,
+                counts,
+                k,
+                e,
+                vn,
+                vt,
+                theta,
+                solidity,
+            )
             induction_sum += a
             wn, wt = -a * vn, swirl * vt
             share = radius / tip_radius
             if tables.dynamic:
-                quasi, middle, induced = (
-                    state.quasi[k, e], state.middle[k, e], state.induced[k, e]
-                )
                 if moving:
                     ratio = 0.39 - 0.26 * share * share
                     decay2 = math.exp(-step / (ratio * tau))
-                    middle[0], induced[0] = _filtered(
-                        quasi[0], wn, middle[0], induced[0], step, tau, ratio, decay, decay2
+                    middle[k, e, 0], induced[k, e, 0] = _filtered(
+                        quasi[k, e, 0],
+                        wn,
+                        middle[k, e, 0],
+                        induced[k, e, 0],
+                        step,
+                        tau,
+                        ratio,
+                        decay,
+                        decay2,
                     )
-                    middle[1], induced[1] = _filtered(
-                        quasi[1], wt, middle[1], induced[1], step, tau, ratio, decay, decay2
+                    middle[k, e, 1], induced[k, e, 1] = _filtered(
+                        quasi[k, e, 1],
+                        wt,
+                        middle[k, e, 1],
+                        induced[k, e, 1],
+                        step,
+                        tau,
+                        ratio,
+                        decay,
+                        decay2,
                     )
                 elif state.disc[3] == 0.0:
-                    middle[0], middle[1] = wn, wt
-                    induced[0], induced[1] = wn, wt
-                quasi[0], quasi[1] = wn, wt
-                wn, wt = induced[0], induced[1]
+                    middle[k, e, 0], middle[k, e, 1] = wn, wt
+                    induced[k, e, 0], induced[k, e, 1] = wn, wt
+                quasi[k, e, 0], quasi[k, e, 1] = wn, wt
+                wn, wt = induced[k, e, 0], induced[k, e, 1]
             if skew > 0.0:
                 a_used = -wn / vn if vn != 0.0 else 0.0
                 chi = (1.0 + 0.6 * a_used) * skew
@@ -556,34 +711,32 @@ def rotor_aerodynamics(
             alpha = math.atan2(en, et) - theta
             speed = math.sqrt(square)
             s, c = en / speed, et / speed
-            first, last = tables.first[e], tables.last[e]
-            row = _row(tables.alpha, first, last, state.row[k, e], alpha)
-            gap = tables.alpha[row + 1] - tables.alpha[row]
-            part = min(max((alpha - tables.alpha[row]) / gap, 0.0), 1.0)
-            cl = tables.cl[row] + part * (tables.cl[row + 1] - tables.cl[row])
-            cd = tables.cd[row] + part * (tables.cd[row + 1] - tables.cd[row])
-            cm = tables.cm[row] + part * (tables.cm[row + 1] - tables.cm[row])
-            force = 0.5 * tables.density * square * tables.chord[e]
+            row = _row(t_alpha, first, last, rows[k, e], alpha)
+            gap = t_alpha[row + 1] - t_alpha[row]
+            part = min(max((alpha - t_alpha[row]) / gap, 0.0), 1.0)
+            cl = t_cl[row] + part * (t_cl[row + 1] - t_cl[row])
+            cd = t_cd[row] + part * (t_cd[row + 1] - t_cd[row])
+            cm = t_cm[row] + part * (t_cm[row + 1] - t_cm[row])
+            force = 0.5 * tables.density * square * t_chord[e]
             fx = force * (cl * c + cd * s)
             fy = -force * (cl * s - cd * c)
             fz = -tilt * fx
-            width = tables.width[e]
-            lever = tables.lever[e] + width * (z - tables.hub_radius - tables.span[e])
+            width = t_width[e]
+            lever = t_lever[e] + width * (z - hub_radius - t_span[e])
             fx_sum += width * fx
             fy_sum += width * fy
             fz_sum += width * fz
             mx_sum += width * y * fz - lever * fy
             my_sum += lever * fx - width * x * fz
-            mz_sum += width * (x * fy - y * fx + force * tables.chord[e] * cm)
+            mz_sum += width * (x * fy - y * fx + force * t_chord[e] * cm)
             # turn the force back by pitch, to the frame of the mode shapes
             bx = fx * cb - fy * sb
             by = fy * cb + fx * sb
-            weight = tables.weight[e]
-            m0 += bx * weight[0, 0] + by * weight[0, 1]
-            m1 += bx * weight[1, 0] + by * weight[1, 1]
-        work.force[k, 0], work.force[k, 1], work.force[k, 2] = fx_sum, fy_sum, fz_sum
-        work.moment[k, 0], work.moment[k, 1], work.moment[k, 2] = mx_sum, my_sum, mz_sum
-        work.modal[k, 0], work.modal[k, 1] = m0, m1
+            m0 += bx * t_weight[e, 0, 0] + by * t_weight[e, 0, 1]
+            m1 += bx * t_weight[e, 1, 0] + by * t_weight[e, 1, 1]
+        force_out[k, 0], force_out[k, 1], force_out[k, 2] = fx_sum, fy_sum, fz_sum
+        moment_out[k, 0], moment_out[k, 1], moment_out[k, 2] = mx_sum, my_sum, mz_sum
+        modal_out[k, 0], modal_out[k, 1] = m0, m1
     state.disc[0] = induction_sum / total
     state.disc[1] = along
     state.disc[2] = tau

@@ -17,11 +17,23 @@ from numpy.typing import NDArray
 
 from pitchopt.checks import FloatArray
 
-__all__ = ["NO_BOX", "CARTESIAN", "POLAR", "WindTables", "wind_speed", "wind_velocity"]
+__all__ = [
+    "CARTESIAN",
+    "NO_BOX",
+    "POLAR",
+    "WindTables",
+    "fluctuation",
+    "table",
+    "tower_disturbance",
+    "wind_speed",
+    "wind_velocity",
+]
 
 NO_BOX = 0
 CARTESIAN = 1
 POLAR = 2
+
+_compiled = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
 
 
 class WindTables(NamedTuple):
@@ -58,9 +70,8 @@ class WindTables(NamedTuple):
     offset : float
         Index that meets the tower axis at time zero.
     low, steps : ndarray (2,)
-        First value and step of the second and third index: y and z, or radius and azimuth.
-    centre : float
-        Height of the polar grid's centre [m].
+        First y and z of a Cartesian grid, centre of a polar one, and the steps of the second and
+        third index: y and z, or radius and azimuth.
     periodic : bool
         Whether the box repeats along the wind.
     """
@@ -85,14 +96,12 @@ class WindTables(NamedTuple):
     offset: float
     low: FloatArray
     steps: FloatArray
-    centre: float
     periodic: bool
 
 
-@njit(cache=True, nogil=True)
-def wind_speed(tables: WindTables, t: float) -> float:
+@_compiled
+def wind_speed(time: FloatArray, speed: FloatArray, t: float) -> float:
     """Hub wind speed at time t [m/s]."""
-    time, speed = tables.time, tables.speed
     last = time.size - 1
     if last == 0 or t <= time[0]:
         return speed[0]
@@ -103,8 +112,8 @@ def wind_speed(tables: WindTables, t: float) -> float:
     return speed[i] + share * (speed[i + 1] - speed[i])
 
 
-@njit(cache=True, nogil=True)
-def _table(values: FloatArray, low: float, step: float, at: float) -> float:
+@_compiled
+def table(values: FloatArray, low: float, step: float, at: float) -> float:
     """Linear in an evenly spaced table, constant outside."""
     position = (at - low) / step
     if position <= 0.0:
@@ -115,103 +124,131 @@ def _table(values: FloatArray, low: float, step: float, at: float) -> float:
     return values[i] + (position - i) * (values[i + 1] - values[i])
 
 
-@njit(cache=True, nogil=True)
-def wind_velocity(
-    tables: WindTables, hub_speed: float, x: float, y: float, z: float, t: float
+@_compiled
+def fluctuation(
+    box: NDArray[np.float32],
+    polar: bool,
+    periodic: bool,
+    along: float,
+    across: float,
+    up: float,
+    second_step: float,
+    third_step: float,
 ) -> tuple[float, float, float]:
-    """Velocity at a point [m/s]; `hub_speed` is `wind_speed` at that time."""
-    mean = hub_speed * (
-        _table(tables.shear, tables.shear_low, tables.shear_step, z) + tables.slope * y
+    """Velocity in a box [m/s], linear between its points.
+
+    Parameters
+    ----------
+    along : float
+        Fractional index along the wind.
+    across, up : float
+        Distance from the first point of a Cartesian grid, from the centre of a polar one [m].
+    second_step, third_step : float
+        Steps of the grid in its second and third index [m, or m and rad].
+    """
+    length, second, third = box.shape[0], box.shape[1], box.shape[2]
+    if periodic:
+        along -= length * math.floor(along / length)
+    i0 = min(max(int(along), 0), length - 1)
+    fi = along - i0
+    i1 = i0 + 1
+    if i1 >= length:
+        i1 = 0 if periodic else i0
+    if polar:
+        j = math.sqrt(across * across + up * up) / second_step
+        k = math.atan2(-across, up) / third_step
+        if k < 0.0:
+            k += third
+        j0 = min(int(j), second - 2)
+        k0 = min(int(k), third - 1)
+        k1 = k0 + 1 if k0 + 1 < third else 0
+    else:
+        j = across / second_step
+        k = up / third_step
+        j0 = min(max(int(j), 0), second - 2)
+        k0 = min(max(int(k), 0), third - 2)
+        k1 = k0 + 1
+    fj, fk = j - j0, k - k0
+    j1 = j0 + 1
+    ci, cj, ck = 1.0 - fi, 1.0 - fj, 1.0 - fk
+    w00, w01, w10, w11 = cj * ck, cj * fk, fj * ck, fj * fk
+    u = ci * (
+        w00 * box[i0, j0, k0, 0]
+        + w01 * box[i0, j0, k1, 0]
+        + w10 * box[i0, j1, k0, 0]
+        + w11 * box[i0, j1, k1, 0]
+    ) + fi * (
+        w00 * box[i1, j0, k0, 0]
+        + w01 * box[i1, j0, k1, 0]
+        + w10 * box[i1, j1, k0, 0]
+        + w11 * box[i1, j1, k1, 0]
     )
-    u, v, w = mean * tables.cosine, mean * tables.sine, 0.0
-    if tables.kind != NO_BOX:
-        box = tables.box
-        length, second, third = box.shape[0], box.shape[1], box.shape[2]
-        along = tables.cosine * x + tables.sine * y
-        across = tables.cosine * y - tables.sine * x
-        i = (tables.carrier * t - along) / tables.step + tables.offset
-        if tables.periodic:
-            i -= length * math.floor(i / length)
-        i0 = int(i)
-        if i0 >= length:
-            i0 = length - 1
-        fi = i - i0
-        i1 = i0 + 1
-        if i1 >= length:
-            i1 = 0 if tables.periodic else i0
-        if tables.kind == CARTESIAN:
-            j = (across - tables.low[0]) / tables.steps[0]
-            k = (z - tables.low[1]) / tables.steps[1]
-            j0 = min(max(int(j), 0), second - 2)
-            k0 = min(max(int(k), 0), third - 2)
-            k1 = k0 + 1
-        else:
-            dz = z - tables.centre
-            j = math.sqrt(across * across + dz * dz) / tables.steps[0]
-            angle = math.atan2(-across, dz) / tables.steps[1]
-            if angle < 0.0:
-                angle += third
-            k = angle
-            j0 = min(int(j), second - 2)
-            k0 = min(int(k), third - 1)
-            k1 = k0 + 1 if k0 + 1 < third else 0
-        fj, fk = j - j0, k - k0
-        j1 = j0 + 1
-        ci, cj, ck = 1.0 - fi, 1.0 - fj, 1.0 - fk
-        w00, w01, w10, w11 = cj * ck, cj * fk, fj * ck, fj * fk
-        near = box[i0]
-        far = box[i1]
-        du = ci * (
-            w00 * near[j0, k0, 0]
-            + w01 * near[j0, k1, 0]
-            + w10 * near[j1, k0, 0]
-            + w11 * near[j1, k1, 0]
-        ) + fi * (
-            w00 * far[j0, k0, 0]
-            + w01 * far[j0, k1, 0]
-            + w10 * far[j1, k0, 0]
-            + w11 * far[j1, k1, 0]
-        )
-        dv = ci * (
-            w00 * near[j0, k0, 1]
-            + w01 * near[j0, k1, 1]
-            + w10 * near[j1, k0, 1]
-            + w11 * near[j1, k1, 1]
-        ) + fi * (
-            w00 * far[j0, k0, 1]
-            + w01 * far[j0, k1, 1]
-            + w10 * far[j1, k0, 1]
-            + w11 * far[j1, k1, 1]
-        )
-        w = ci * (
-            w00 * near[j0, k0, 2]
-            + w01 * near[j0, k1, 2]
-            + w10 * near[j1, k0, 2]
-            + w11 * near[j1, k1, 2]
-        ) + fi * (
-            w00 * far[j0, k0, 2]
-            + w01 * far[j0, k1, 2]
-            + w10 * far[j1, k0, 2]
-            + w11 * far[j1, k1, 2]
-        )
-        u += tables.cosine * du - tables.sine * dv
-        v += tables.sine * du + tables.cosine * dv
+    v = ci * (
+        w00 * box[i0, j0, k0, 1]
+        + w01 * box[i0, j0, k1, 1]
+        + w10 * box[i0, j1, k0, 1]
+        + w11 * box[i0, j1, k1, 1]
+    ) + fi * (
+        w00 * box[i1, j0, k0, 1]
+        + w01 * box[i1, j0, k1, 1]
+        + w10 * box[i1, j1, k0, 1]
+        + w11 * box[i1, j1, k1, 1]
+    )
+    w = ci * (
+        w00 * box[i0, j0, k0, 2]
+        + w01 * box[i0, j0, k1, 2]
+        + w10 * box[i0, j1, k0, 2]
+        + w11 * box[i0, j1, k1, 2]
+    ) + fi * (
+        w00 * box[i1, j0, k0, 2]
+        + w01 * box[i1, j0, k1, 2]
+        + w10 * box[i1, j1, k0, 2]
+        + w11 * box[i1, j1, k1, 2]
+    )
     return u, v, w
 
 
-@njit(cache=True, nogil=True)
+@_compiled
+def wind_velocity(
+    tables: WindTables, x: float, y: float, z: float, t: float
+) -> tuple[float, float, float]:
+    """Velocity at a point without the tower [m/s].
+
+    The loop over blade elements has the same steps with the tables taken out of the tuple, which
+    the compiler would otherwise hand over element by element.
+    """
+    mean = wind_speed(tables.time, tables.speed, t) * (
+        table(tables.shear, tables.shear_low, tables.shear_step, z) + tables.slope * y
+    )
+    u, v, w = mean, 0.0, 0.0
+    if tables.kind != NO_BOX:
+        u, v, w = fluctuation(
+            tables.box,
+            tables.kind == POLAR,
+            tables.periodic,
+            (tables.carrier * t - tables.cosine * x - tables.sine * y) / tables.step
+            + tables.offset,
+            tables.cosine * y - tables.sine * x - tables.low[0],
+            z - tables.low[1],
+            tables.steps[0],
+            tables.steps[1],
+        )
+        u += mean
+    return tables.cosine * u - tables.sine * v, tables.sine * u + tables.cosine * v, w
+
+
+@_compiled
 def tower_disturbance(
-    tables: WindTables, x: float, y: float, z: float, u: float, v: float
+    radius: float, wall: float, lateral: bool, x: float, y: float, u: float, v: float
 ) -> tuple[float, float]:
-    """Change of the horizontal wind (u, v) at x, y from the tower axis at height z [m/s]."""
-    radius = _table(tables.tower, tables.tower_low, tables.tower_step, z)
-    if radius <= 0.0:
-        return 0.0, 0.0
-    wall = _table(tables.tower_radius, tables.tower_low, tables.tower_step, z)
+    """Change of the horizontal wind (u, v) at x, y from the tower's axis [m/s].
+
+    `radius` is the tower's radius times the root of the shadow's weight, `wall` the radius alone.
+    """
     square = max(x * x + y * y, wall * wall)
     share = radius * radius / (square * square)
     even, odd = x * x - y * y, 2.0 * x * y
-    if tables.lateral:
+    if lateral:
         return -share * (u * even + v * odd), share * (v * even - u * odd)
     speed = u * u + v * v
     if speed <= 0.0:

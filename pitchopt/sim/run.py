@@ -80,7 +80,10 @@ class TurbineRun:
 
 
 def _state(
-    dynamic: DynamicTurbine, rotor_speed: float, pitch: float | FloatArray, torque: float,
+    dynamic: DynamicTurbine,
+    rotor_speed: float,
+    pitch: float | FloatArray,
+    torque: float,
     azimuth: float,
 ) -> Any:
     from pitchopt.sim.kernels_march import State

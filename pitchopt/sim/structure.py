@@ -188,9 +188,7 @@ def blade_model(
     in_plane = np.zeros((2, 2))
     in_plane[1, 1] = 1.0
     softening = beam.assemble(beam.mass[..., None, None] * in_plane, 0)
-    _, all_shapes = beam.modes(
-        inertia, elastic + speed**2 * (geometric - softening), _MODES
-    )
+    _, all_shapes = beam.modes(inertia, elastic + speed**2 * (geometric - softening), _MODES)
     shapes = _flap_and_edge(beam, all_shapes)
     modal_stiffness = shapes @ elastic @ shapes.T
     modal_mass = shapes @ inertia @ shapes.T
@@ -206,9 +204,7 @@ def blade_model(
     blade = turbine.rotor.blade
     nodes = np.minimum(blade.span, data.span[-1])
     points, weights, hats = _node_rule(blade.span, blade.quadrature, turbine)
-    at_points = np.stack(
-        [beam.at(shape, np.minimum(points, data.span[-1]), 0) for shape in shapes]
-    )
+    at_points = np.stack([beam.at(shape, np.minimum(points, data.span[-1]), 0) for shape in shapes])
     return BladeModel(
         mass=float(dm.sum()),
         first=float((dm * z).sum()),
@@ -420,8 +416,11 @@ def _head(turbine: Turbine, blade: BladeModel) -> tuple[float, list[FloatArray]]
     shaft = -rotor.blades * blade.first * float(np.sin(cone)) / rotor_mass
     centre = apex + shaft * np.array([np.cos(rotor.tilt), 0.0, -np.sin(rotor.tilt)])
     body = np.zeros(3) if nacelle.centre is None else nacelle.centre
-    diametral = 0.5 * rotor.blades * blade.second * (
-        float(np.cos(cone)) ** 2 + 2.0 * float(np.sin(cone)) ** 2
+    diametral = (
+        0.5
+        * rotor.blades
+        * blade.second
+        * (float(np.cos(cone)) ** 2 + 2.0 * float(np.sin(cone)) ** 2)
     )
     mass = rotor_mass + nacelle.mass + nacelle.yaw_bearing_mass
     lever = rotor_mass * centre[2] + nacelle.mass * body[2]
@@ -430,9 +429,11 @@ def _head(turbine: Turbine, blade: BladeModel) -> tuple[float, list[FloatArray]]
         + diametral
         + hub.mass * float(apex @ apex - apex[1] ** 2)
         + rotor.blades * blade.mass * float(apex @ apex - apex[1] ** 2)
-        + 2.0 * rotor.blades * -blade.first * float(np.sin(cone)) * float(
-            apex[0] * np.cos(rotor.tilt) - apex[2] * np.sin(rotor.tilt)
-        )
+        + 2.0
+        * rotor.blades
+        * -blade.first
+        * float(np.sin(cone))
+        * float(apex[0] * np.cos(rotor.tilt) - apex[2] * np.sin(rotor.tilt))
         + nacelle.mass * float(body[0] ** 2 + body[2] ** 2)
     )
     side_side = rotor_mass * float(centre[2]) ** 2 + nacelle.mass * float(

@@ -95,9 +95,7 @@ class DynamicTurbine:
                 )
         object.__setattr__(self, "freedoms", tuple(f for f in FREEDOMS if f in freedoms))
         if self.inflow not in ("dynamic", "quasi-steady"):
-            raise InputError(
-                f"inflow: got {self.inflow!r}, expected 'dynamic' or 'quasi-steady'"
-            )
+            raise InputError(f"inflow: got {self.inflow!r}, expected 'dynamic' or 'quasi-steady'")
         finite_number("yaw", self.yaw, at_least=-math.pi / 3, at_most=math.pi / 3)
         finite_number("step", self.step, above=0.0, at_most=0.2)
         whole_number("tower_sections", self.tower_sections, at_least=1)
@@ -246,9 +244,7 @@ class DynamicTurbine:
         active[BLADES::2] = "blade-flap" in on
         active[BLADES + 1 :: 2] = "blade-edge" in on
         gravity = GRAVITY if self.gravity else 0.0
-        head = (
-            rotor.blades * blade.mass + hub.mass + nacelle.mass + nacelle.yaw_bearing_mass
-        )
+        head = rotor.blades * blade.mass + hub.mass + nacelle.mass + nacelle.yaw_bearing_mass
         centre = np.zeros(3) if nacelle.centre is None else np.array(nacelle.centre)
         return BodyTables(
             blades=rotor.blades,

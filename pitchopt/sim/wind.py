@@ -100,19 +100,18 @@ def _box(box: TurbulenceBox | PolarBox | None) -> dict[str, object]:
             "offset": 0.0,
             "low": np.zeros(2),
             "steps": np.ones(2),
-            "centre": 0.0,
             "periodic": True,
         }
     if isinstance(box, TurbulenceBox):
         axes = (box.y, box.z)
         low = np.array([axis[0] for axis in axes])
         steps = np.array([(axis[-1] - axis[0]) / (axis.size - 1) for axis in axes])
-        kind, centre = CARTESIAN, 0.0
+        kind = CARTESIAN
     else:
         spokes = box.velocity.shape[2]
-        low = np.zeros(2)
+        low = np.array([0.0, box.centre_height])
         steps = np.array([box.radius[-1] / (box.radius.size - 1), 2.0 * math.pi / spokes])
-        kind, centre = POLAR, box.centre_height
+        kind = POLAR
     return {
         "kind": kind,
         "box": box.velocity,
@@ -121,6 +120,5 @@ def _box(box: TurbulenceBox | PolarBox | None) -> dict[str, object]:
         "offset": box.offset,
         "low": low,
         "steps": steps,
-        "centre": centre,
         "periodic": box.periodic,
     }
