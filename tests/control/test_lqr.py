@@ -1,0 +1,248 @@
+"""The linear quadratic regulator: Riccati equation, stability, tower damping, in operation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from control_factories import (
+    DENSITY,
+    GEAR,
+    INERTIA,
+    RADIUS,
+    RATED_SPEED,
+    measured,
+    pitches,
+    run_rotor,
+    table_estimator,
+    torque,
+    torque_of,
+)
+from scipy.optimize import brentq
+
+from pitchopt.control import (
+    LinearQuadratic,
+    OperatingDerivatives,
+    QuadraticWeights,
+    nrel_5mw_baseline,
+)
+from pitchopt.control import signals as s
+from pitchopt.errors import InputError
+
+WINDS = np.arange(5.0, 25.0, 2.0)
+RATED_POWER = 5.3e6
+BEST_RATIO = 8.1
+
+
+def thrust(omega: float, pitch: float, wind: float) -> float:
+    """Made-up thrust [N] that falls with the pitch."""
+    ct = 0.8 * np.exp(-4.0 * pitch) * min(1.0, omega * RADIUS / wind / 7.0)
+    return float(0.5 * DENSITY * np.pi * RADIUS**2 * wind**2 * ct)
+
+
+@cache
+def points() -> OperatingDerivatives:
+    rows = []
+    for wind in WINDS:
+        omega, beta = min(BEST_RATIO * wind / RADIUS, RATED_SPEED), 0.0
+        if torque(omega, beta, wind) * omega > RATED_POWER:
+            beta = brentq(lambda b: torque(omega, b, wind) * omega - RATED_POWER, 0.0, 0.6)
+        at = np.array([omega, beta, wind])
+
+        def slope(of: Any, k: int, at: Any = at) -> float:
+            h = 1e-5 * np.eye(3)[k]
+            return float((of(*(at + h)) - of(*(at - h))) / 2e-5)
+
+        rows.append(
+            [wind, omega, beta, torque(omega, beta, wind) / GEAR, thrust(omega, beta, wind) / 1.7e6]
+            + [slope(of, k) for of in (torque, thrust) for k in range(3)]
+        )
+    columns = np.array(rows).T
+    names = (
+        "wind_speed",
+        "rotor_speed",
+        "pitch",
+        "generator_torque",
+        "tower_displacement",
+        *(f"{of}_by_{x}" for of in ("torque", "thrust") for x in ("speed", "pitch", "wind")),
+    )
+    return OperatingDerivatives(
+        **dict(zip(names, columns, strict=True)),
+        inertia=INERTIA,
+        gear_ratio=GEAR,
+        tower_mass=4.3e5,
+        tower_stiffness=1.7e6,
+        tower_damping=1.7e4,
+        pitch_time=0.2,
+        torque_time=0.1,
+    )
+
+
+def weights(c: float = 0.0) -> QuadraticWeights:
+    return QuadraticWeights(tower_velocity=c, largest_pitch=float(np.max(points().pitch)))
+
+
+@cache
+def regulator(c: float = 0.0) -> LinearQuadratic:
+    return LinearQuadratic.designed(points(), weights(c))
+
+
+@pytest.mark.parametrize("c", [0.0, 0.03, 0.3])
+def test_gains_solve_the_riccati_equation_and_stabilise(c: float) -> None:
+    from scipy.linalg import solve_continuous_lyapunov
+
+    for k, wind in enumerate(WINDS):
+        a, b = points().linear_model(k)
+        q, r = weights(c).matrices(wind)
+        gain = regulator(c).gains[k]
+        closed = a - b @ gain
+        assert np.max(np.linalg.eigvals(closed).real) < -0.01
+        # cost of the closed loop by Lyapunov's equation: the gain of a Riccati solution is the
+        # gradient of its own cost
+        cost = solve_continuous_lyapunov(closed.T, -(q + gain.T @ r @ gain))
+        assert np.allclose(np.linalg.solve(r, b.T @ cost), gain, rtol=1e-6, atol=1e-8)
+        residual = a.T @ cost + cost @ a - cost @ b @ np.linalg.solve(r, b.T @ cost) + q
+        assert np.max(np.abs(residual)) < 1e-7 * max(1.0, np.max(np.abs(a.T @ cost)))
+
+
+def test_no_other_gain_costs_less() -> None:
+    from scipy.linalg import solve_continuous_lyapunov
+
+    a, b = points().linear_model(6)
+    q, r = weights(0.1).matrices(WINDS[6])
+    gain = regulator(0.1).gains[6]
+
+    def cost(k: Any) -> float:
+        return float(np.trace(solve_continuous_lyapunov((a - b @ k).T, -(q + k.T @ r @ k))))
+
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        assert cost(gain * (1 + 0.02 * rng.standard_normal(gain.shape))) > cost(gain)
+
+
+def tower_damping(c: float, k: int) -> float:
+    """Damping ratio of the mode nearest the tower's frequency."""
+    a, b = points().linear_model(k)
+    values = np.linalg.eigvals(a - b @ regulator(c).gains[k])
+    pairs = values[values.imag > 0.1]
+    mode = pairs[np.argmin(np.abs(np.abs(pairs) - np.sqrt(1.7e6 / 4.3e5)))]
+    return float(-mode.real / np.abs(mode))
+
+
+@pytest.mark.parametrize("k", [5, 7, 9])
+def test_weight_on_the_velocity_damps_the_tower(k: int) -> None:
+    damping = [tower_damping(c, k) for c in (0.0, 0.03, 0.1, 0.3)]
+    assert np.all(np.diff(damping) > 0.005)
+
+
+def test_schedules_of_the_weights() -> None:
+    def parts(wind: float) -> tuple[float, float]:
+        q, r = weights().matrices(wind)
+        assert r[1, 1] == 0.1
+        return float(q[5, 5]), float(r[0, 0])
+
+    assert np.allclose(parts(3.0), (0.01, 1.0))
+    assert np.allclose(parts(9.0), (0.1, 1.0))
+    assert np.allclose(parts(11.0), (0.1, 0.64))
+    assert np.allclose(parts(25.0), (0.1, 0.1))
+    q, _ = weights(0.2).matrices(12.0)
+    assert np.allclose(
+        np.diag(q), [1.0, 0.0, 0.2, 1 / np.max(points().pitch) ** 2, 0.0, 0.1], rtol=1e-12
+    )
+
+
+class TestInOperation:
+    def controller(self) -> Any:
+        return replace(nrel_5mw_baseline(), pitch=regulator(), estimator=table_estimator(1.0))
+
+    @pytest.mark.parametrize("wind", [7.0, 10.0, 13.0, 16.3, 21.0])
+    def test_steady_wind_ends_at_rated_speed_or_the_best_ratio(self, wind: float) -> None:
+        controller = self.controller()
+        run = run_rotor(
+            controller,
+            lambda t: wind,
+            duration=200.0,
+            rotor_speed=1.1,
+            pitch=0.05,
+            true_torque=torque_of(controller.estimator),
+        )
+        lqr = regulator()
+        speed, beta, held = (
+            np.interp(wind, WINDS, lqr.reference[:, column]) for column in (0, 2, 3)
+        )
+        assert np.isclose(run["estimate"][-1], wind, rtol=1e-6)
+        assert np.isclose(run["rotor_speed"][-1], speed, rtol=2e-3)
+        # between the points the straight lines are off the true operating point
+        assert np.isclose(run["pitch"][-1], beta, atol=0.012)
+        assert np.isclose(run["generator_torque"][-1], held, rtol=0.08)
+        assert np.ptp(run["rotor_speed"][-500:]) < 1e-4
+
+    def test_a_gust_is_held(self) -> None:
+        run = run_rotor(
+            self.controller(),
+            lambda t: 16.0 + (3.0 if t > 60.0 else 0.0),
+            duration=150.0,
+            pitch=float(np.interp(16.0, WINDS, points().pitch)),
+        )
+        assert np.max(run["rotor_speed"][2500:]) < 1.1 * RATED_SPEED
+        assert np.isclose(run["rotor_speed"][-1], RATED_SPEED, rtol=2e-3)
+
+    def test_the_tower_moving_downwind_takes_pitch_off(self) -> None:
+        # a rotor that runs downwind meets less wind and pushes less: pitch towards fine pushes
+        # against the motion only if it is upwind; the law works against the velocity
+        controller = replace(self.controller(), pitch=regulator(0.3))
+        k = 6
+        point = {
+            "rotor_speed": float(points().rotor_speed[k]),
+            "pitch": float(points().pitch[k]),
+            "generator_torque": float(points().generator_torque[k]),
+            "tower_x": float(points().tower_displacement[k]),
+        }
+        first = {}
+        for velocity in (-0.2, 0.0, 0.2):
+            controller.start(0.02, measured(**point))
+            first[velocity] = pitches(controller.command(measured(**point, tower_vx=velocity)))[0]
+        assert first[-0.2] < first[0.0] < first[0.2]
+
+    def test_integral_stands_still_beyond_both_ranges(self) -> None:
+        controller = self.controller()
+        slow = measured(rotor_speed=0.3, pitch=0.0, generator_torque=0.0)
+        controller.start(0.02, slow)
+        for _ in range(2000):
+            command = controller.command(slow)
+        first = controller._run.memory[1]
+        for _ in range(2000):
+            command = controller.command(slow)
+        assert command[s.TORQUE] == 0.0 and np.all(pitches(command) == 0.0)
+        assert controller._run.memory[1] == first
+
+
+def changed(**changes: Any) -> OperatingDerivatives:
+    return replace(points(), **changes)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: changed(wind_speed=WINDS[::-1]), "wind_speed"),
+        (lambda: changed(pitch=[0.1]), "pitch: got shape"),
+        (lambda: changed(inertia=0.0), "inertia"),
+        (lambda: changed(pitch_time=0.0), "pitch_time"),
+        (lambda: changed(tower_damping=-1.0), "tower_damping"),
+        (lambda: changed(generator_torque=0.0 * WINDS), "generator_torque"),
+        (lambda: QuadraticWeights(largest_pitch=0.0), "largest_pitch"),
+        (lambda: QuadraticWeights(largest_pitch=0.4, tower_velocity=-0.1), "tower_velocity"),
+        (lambda: QuadraticWeights(largest_pitch=0.4, speed_deviation=0.0), "speed_deviation"),
+        (lambda: QuadraticWeights(largest_pitch=0.4).matrices(2.0), "wind_speed"),
+        (lambda: replace(regulator(), gains=np.zeros((3, 2, 6))), "gains: got shape"),
+        (lambda: replace(regulator(), reference=np.zeros((3, 4))), "reference: got shape"),
+        (lambda: replace(regulator(), rated_torque=0.0), "rated_torque"),
+        (lambda: replace(regulator(), wind_speed=[5.0]), "wind_speed"),
+    ],
+)
+def test_bad_input(make: Any, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        make()
