@@ -12,11 +12,13 @@ from windfield.custom import CallableField
 from windfield.disc import DiscField
 from windfield.errors import WindFieldError
 from windfield.field import StaticField, WindField
+from windfield.hawc2 import read_hawc2
 from windfield.iec import iec_sigma
 from windfield.kaimal import kaimal_box, kaimal_polar_box
 from windfield.sampling import DiscSample, disc_points, sample_disc
-from windfield.shear import CubicShear, LogLaw, PowerLaw, VerticalShear
+from windfield.shear import CubicShear, LogLaw, PowerLaw, TableShear, VerticalShear
 from windfield.tower import TowerShadow
+from windfield.turbsim import TurbSimWind, read_bts, write_bts
 from windfield.turbulent import TransientField, TurbulentField
 
 __all__ = [
@@ -29,8 +31,10 @@ __all__ = [
     "PolarBox",
     "PowerLaw",
     "StaticField",
+    "TableShear",
     "TowerShadow",
     "TransientField",
+    "TurbSimWind",
     "TurbulenceBox",
     "TurbulentField",
     "VerticalShear",
@@ -40,5 +44,8 @@ __all__ = [
     "iec_sigma",
     "kaimal_box",
     "kaimal_polar_box",
+    "read_bts",
+    "read_hawc2",
     "sample_disc",
+    "write_bts",
 ]
