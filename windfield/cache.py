@@ -20,6 +20,7 @@ import zipfile
 import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,10 +123,18 @@ def _user_folder() -> Path:
 def _read(path: Path, text: str) -> NDArray[np.float32] | None:
     """Velocities of a file, or None if it is absent, damaged or not of these settings."""
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            if str(archive["settings"]) != text:
+        with path.open("rb") as stream, zipfile.ZipFile(stream) as archive:
+            if str(_member(archive, "settings")) != text:
                 return None
-            velocity = np.asarray(archive["velocity"])
+            velocity = _member(archive, "velocity")
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
         return None
     return velocity if velocity.dtype == np.float32 and velocity.ndim == 4 else None
+
+
+def _member(archive: zipfile.ZipFile, name: str) -> NDArray[Any]:
+    with archive.open(f"{name}.npy") as stream:
+        array = np.asarray(np.lib.format.read_array(stream, allow_pickle=False))
+        if stream.read(1):  # reading to the end has the checksum compared
+            raise ValueError("more than one array")
+    return array

@@ -50,7 +50,7 @@ class CartesianNoise:
 
     def __init__(self, count: tuple[int, int], step: tuple[float, float]) -> None:
         self.points = count[0] * count[1]
-        self._count = count
+        self.count = count
         self._basis = tuple(_parity_basis(n) for n in count)
         reps = [np.arange((n + 1) // 2) for n in count]
         self._distance = np.hypot(
@@ -91,23 +91,23 @@ class CartesianNoise:
                 block = block[:, rows[:, None], rows]
             out[:, place] = np.linalg.cholesky(block) @ white[:, place]
         count, columns = white.shape[0], white.shape[2]
-        ny, nz = self._count
+        ny, nz = self.count
         inner = self._basis[1] @ out.reshape(count, ny, nz, columns)
         outer = self._basis[0] @ inner.reshape(count, ny, nz * columns)
         return np.asarray(outer.reshape(white.shape))
 
     def on_grid(self, values: NDArray[Any]) -> NDArray[Any]:
         """See `GridNoise`."""
-        return values.reshape(values.shape[0], *self._count, values.shape[2])
+        return values.reshape(values.shape[0], *self.count, values.shape[2])
 
 
 class PolarNoise:
     """Rings at `radius` (n,) [m], the first one 0, with `spokes` points each; centre first."""
 
     def __init__(self, radius: FloatArray, spokes: int) -> None:
-        self._rings, self._spokes = radius.size, spokes
+        self._rings, self.spokes = radius.size, spokes
         self.points = 1 + (radius.size - 1) * spokes
-        self._radius = radius
+        self.radius = radius
         outer = radius[1:]
         angle = np.arange(spokes) * (2.0 * np.pi / spokes)
         square = (outer[:, None] ** 2 + outer**2)[..., None] - 2.0 * (outer[:, None] * outer)[
@@ -122,7 +122,7 @@ class PolarNoise:
     def correlate(self, correlation: Correlation, white: FloatArray) -> FloatArray:
         """See `GridNoise`."""
         count, columns = white.shape[0], white.shape[2]
-        outer, spokes = self._rings - 1, self._spokes
+        outer, spokes = self._rings - 1, self.spokes
         table = correlation(self._distance)
         to_centre = table[:, :outer] * np.sqrt(spokes)
         around = table[:, outer:].reshape(count, outer, outer, spokes)
@@ -149,9 +149,9 @@ class PolarNoise:
     def on_grid(self, values: NDArray[Any]) -> NDArray[Any]:
         """See `GridNoise`."""
         count, columns = values.shape[0], values.shape[2]
-        grid = np.empty((count, self._rings, self._spokes, columns), dtype=values.dtype)
+        grid = np.empty((count, self._rings, self.spokes, columns), dtype=values.dtype)
         grid[:, 0] = values[:, :1]
-        rings = values[:, 1:].reshape(count, self._spokes, self._rings - 1, columns)
+        rings = values[:, 1:].reshape(count, self.spokes, self._rings - 1, columns)
         grid[:, 1:] = rings.swapaxes(1, 2)
         return grid
 

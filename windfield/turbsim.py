@@ -254,12 +254,13 @@ def _read_header(source: Path, stream: BinaryIO) -> _Header:
     scales = np.array(numbers[6:], dtype=np.float32).reshape(3, 2)
     positive = np.array([dz, dy, dt, speed, reference])
     sound = np.isfinite(positive).all() and positive.min() > 0.0
-    if not (sound and np.isfinite(bottom) and np.isfinite(scales).all() and scales[:, 0].all()):
+    scaled = np.isfinite(scales).all() and scales[:, 0].all()
+    if not (sound and scaled and 0.0 <= bottom < np.inf):
         raise WindFieldError(
             f"{source}: got dz = {dz:g}, dy = {dy:g} m, dt = {dt:g} s, mean speed {speed:g} m/s, "
             f"reference height {reference:g} m, lowest row {bottom:g} m, slopes "
-            f"{scales[:, 0].tolist()}; must be finite, steps, speed and height positive, slopes "
-            "not 0"
+            f"{scales[:, 0].tolist()}; must be finite, steps, speed and reference height "
+            "positive, the lowest row >= 0, slopes not 0"
         )
     expected = HEADER.size + length + 6 * steps * (ny * nz + tower)
     if size != expected:
