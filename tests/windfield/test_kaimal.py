@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
+from scipy.optimize import minimize, minimize_scalar
 from scipy.special import ndtri
 from scipy.stats import chi2
 
@@ -239,6 +239,42 @@ def test_coherence_between_points(kind: str, component: int, a: int, b: int) -> 
         # Var Re = (1 + c^2) / 2, Var Im = (1 - c^2) / 2 of one sample
         assert abs(got.real - level.mean()) < margin * np.sqrt(np.mean(1 + level**2) / 2 / samples)
         assert abs(got.imag) < margin * np.sqrt(np.mean(1 - level**2) / 2 / samples)
+
+
+@pytest.mark.parametrize("kind", MAKERS)
+@pytest.mark.parametrize(("a", "b"), [(0, 1), (1, 2), (2, 3)])
+def test_decay_and_offset_of_the_coherence_from_the_boxes(kind: str, a: int, b: int) -> None:
+    # maximum likelihood in the law of a pair of complex normal amplitudes of coherence c,
+    #   -log(1 - c^2) - (|a|^2 + |b|^2 - 2 c Re a b*) / (1 - c^2),
+    # with the information 2 (1 + c^2) / (1 - c^2)^2
+    # the components are independent and have the same coherence
+    unit = np.concatenate([white(kind)[..., k] for k in range(3)])
+    samples = len(unit)
+    power = np.sum(np.abs(unit[..., a]) ** 2 + np.abs(unit[..., b]) ** 2, axis=0)
+    product = np.sum((unit[..., a] * unit[..., b].conj()).real, axis=0)
+    spots = np.array([place for _, place in CORNERS[kind]], dtype=np.float64)
+    distance = float(np.hypot(*(spots[a] - spots[b])))
+
+    def level(parameters: Array) -> Array:
+        decay, offset = np.exp(parameters)
+        return np.exp(-decay * distance * np.hypot(HARMONICS[:599] / U, offset / 340.2))
+
+    def loss(parameters: Array) -> float:
+        c = level(parameters)
+        rest = 1.0 - c**2
+        return float(np.sum(samples * np.log(rest) + (power - 2.0 * c * product) / rest))
+
+    true = np.log([12.0, 0.12])
+    fitted = minimize(
+        loss, true + np.array([0.2, -0.2]), method="Nelder-Mead", options={"xatol": 1e-5}
+    ).x
+    c, step = level(true), 1e-5
+    slopes = np.array([(level(true + d) - level(true - d)) / (2 * step) for d in step * np.eye(2)])
+    information = samples * (slopes * 2.0 * (1.0 + c**2) / (1.0 - c**2) ** 2) @ slopes.T
+    off = fitted - true
+    assert off @ information @ off < chi2.ppf(1.0 - RISK, 2)
+    errors = np.sqrt(np.diag(np.linalg.inv(information)))
+    assert errors[0] < 0.03 and errors[1] < 0.11  # the test can tell
 
 
 @pytest.mark.parametrize("kind", MAKERS)
