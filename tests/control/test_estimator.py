@@ -126,7 +126,9 @@ class TestInALoop:
         assert np.min(error) > -0.01  # of first order, it does not overshoot
         # bandwidth (gamma/J) dT/dV by the chord between estimate and truth along the way
         truth, gain = torque_of(one.estimator), one.estimator.gain
-        state = zip(run["rotor_speed"][late], run["pitch"][late], run["estimate"][late], strict=True)
+        state = zip(
+            run["rotor_speed"][late], run["pitch"][late], run["estimate"][late], strict=True
+        )
         rates = [
             gain / INERTIA * (truth(w, b, 16.0) - truth(w, b, v)) / (16.0 - v)
             for w, b, v in list(state)[:250]
@@ -150,7 +152,7 @@ class TestInALoop:
         assert errors[1] < 0.5 and errors[2] < 0.25
 
     def test_the_true_rotor_beside_its_table(self) -> None:
-        run = run_rotor(controller(), lambda t: 15.0, duration=120.0, true_torque=torque)
+        run = run_rotor(controller(), lambda _: 15.0, duration=120.0, true_torque=torque)
         assert abs(run["estimate"][-1] - 15.0) < 0.1
 
 
