@@ -28,8 +28,8 @@ In operation the rotor speed, the tower top, pitch and torque are measured, the 
 operating point are interpolated over the estimated wind speed, commands keep range and rate, and
 the integral stands still while both commands are out of range and it would push both further.
 
-Source: J. Iori, C. Bottasso, M. McWilliam, control co-design of wind turbine towers, 2024,
-section 3.2.
+Source: J. Iori, C. Bottasso, M. McWilliam, "A sensitivity-based estimation method for
+investigating control co-design relevance", 2024, section 3.2.
 """
 
 from __future__ import annotations

@@ -68,12 +68,13 @@ def test_the_start_is_exact_in_steady_operation(wind: float) -> None:
     assert np.isclose(one.wind_speed, wind, rtol=1e-9)
 
 
-def test_the_start_without_a_steady_wind_takes_the_nearest_end() -> None:
+@pytest.mark.parametrize(("held", "expected"), [(1e6, 20.0), (-1e6, 4.0)])
+def test_the_start_without_a_steady_wind_takes_the_nearer_end(held: float, expected: float) -> None:
     one = controller(lowest=4.0, highest=20.0)
-    one.start(0.02, measured(rotor_speed=1.2, pitch=0.0, generator_torque=1e6))
-    assert one.wind_speed > 4.0
-    one.start(0.02, measured(rotor_speed=1.2, pitch=0.5, generator_torque=-1e6))
-    assert one.wind_speed in (4.0, 20.0)
+    truth = torque_of(one.estimator)
+    assert truth(1.2, 0.0, 4.0) < truth(1.2, 0.0, 20.0) < 1e6 * GEAR
+    one.start(0.02, measured(rotor_speed=1.2, pitch=0.0, generator_torque=held))
+    assert one.wind_speed == expected
 
 
 @pytest.mark.parametrize("bandwidth", [0.2, 0.5, 1.5])

@@ -252,6 +252,19 @@ class TestInOperation:
         assert abs(speed) < 1e-6
         assert np.isclose(beta, np.interp(wind, WINDS, points().pitch), atol=1e-3)
 
+    def test_one_absurd_speed_does_not_leave_an_endless_integral(self) -> None:
+        controller = self.controller()
+        now = measured(rotor_speed=RATED_SPEED, pitch=0.2)
+        controller.start(0.02, now)
+        for sign in (1.0, -1.0):
+            controller.command(measured(rotor_speed=sign * 1e11, pitch=0.2))
+            k = controller._run.parameters.linear_quadratic
+            place = np.interp(controller.wind_speed, WINDS, np.arange(WINDS.size))
+            gains = [np.interp(place, np.arange(WINDS.size), k.gains[:, i, 5]) for i in (0, 1)]
+            torques = controller.torque.largest_torque / k.torque_scale
+            bound = max(np.radians(90.0) / abs(gains[0]), torques / abs(gains[1]))
+            assert abs(controller._run.memory[1]) <= bound * (1 + 1e-9)
+
     def test_a_step_too_long_for_the_lag_is_refused(self) -> None:
         controller = replace(self.controller(), pitch=regulator(0.0, (0.05, 0.0)))
         gain = 1.0 + np.max(regulator(0.0, (0.05, 0.0)).gains[:, 0, 3])
