@@ -102,6 +102,38 @@ def regulator(c: float = 0.0, lags: tuple[float, float] = (0.0, 0.0)) -> LinearQ
 LAGS = [(0.0, 0.0), (0.3, 0.0), (0.3, 0.1)]
 
 
+@pytest.mark.parametrize("k", [2, 6])
+def test_the_linear_model_is_the_slope_of_the_equations_of_motion(k: int) -> None:
+    of = points(0.3, 0.1)
+
+    def motion(x: Any, u: Any) -> Any:
+        omega, place, velocity, beta, share, _ = x
+        wind = WINDS[k] - velocity  # a tower top that moves downwind feels less of it
+        push = thrust(omega, beta, wind) - 1.7e6 * place - 1.7e4 * velocity
+        return np.array(
+            [
+                (torque(omega, beta, wind) - GEAR * of.rated_torque * share) / INERTIA,
+                velocity,
+                push / 4.3e5,
+                (u[0] - beta) / 0.3,
+                (u[1] - share) / 0.1,
+                omega - of.rotor_speed[k],
+            ]
+        )
+
+    share = of.generator_torque[k] / of.rated_torque
+    x = np.array([of.rotor_speed[k], of.tower_displacement[k], 0.0, of.pitch[k], share, 0.0])
+    u = np.array([of.pitch[k], share])
+    assert np.max(np.abs(motion(x, u))) < 1e-9
+    a, b = of.linear_model(k)
+    h = 1e-5
+    for i, e in enumerate(h * np.eye(6)):
+        slope = (motion(x + e, u) - motion(x - e, u)) / (2 * h)
+        assert np.allclose(a[:, i], slope, rtol=1e-4, atol=1e-6)
+    for i, e in enumerate(h * np.eye(2)):
+        assert np.allclose(b[:, i], (motion(x, u + e) - motion(x, u - e)) / (2 * h), rtol=1e-6)
+
+
 @pytest.mark.parametrize("c", [0.0, 0.03, 0.3])
 @pytest.mark.parametrize("lags", LAGS)
 def test_gains_solve_the_riccati_equation_and_stabilise(
@@ -185,6 +217,29 @@ def test_schedules_of_the_weights() -> None:
 class TestInOperation:
     def controller(self) -> Any:
         return replace(nrel_5mw_baseline(), pitch=regulator(), estimator=table_estimator(1.0))
+
+    @pytest.mark.parametrize("integral", [-0.4, 0.1])
+    def test_a_run_goes_on_without_a_bump(self, integral: float) -> None:
+        """Commands of a law whose integral is not zero, taken over by one that must find it."""
+        controller = self.controller()
+        k = 7
+        lqr = regulator()
+        held = lqr.reference[k, 3] - lqr.rated_torque * lqr.gains[k, 1, 5] * integral
+        beta = lqr.reference[k, 2] - lqr.gains[k, 0, 5] * integral
+        omega, place = lqr.reference[k, :2]
+        # the wind whose steady torque is what the generator holds is read off the table
+        estimator = controller.estimator
+        cp = estimator.power_coefficient * (
+            GEAR * held / estimator.torque(omega, beta, float(WINDS[k]))
+        )
+        controller = replace(controller, estimator=replace(estimator, power_coefficient=cp))
+        now = measured(rotor_speed=omega, pitch=beta, generator_torque=held, tower_x=place)
+        controller.start(0.02, now)
+        assert np.isclose(controller.wind_speed, WINDS[k], rtol=1e-9)
+        assert np.isclose(controller._run.memory[1], integral, rtol=1e-6)
+        command = controller.command(now)
+        assert np.allclose(pitches(command), beta, rtol=1e-8)
+        assert np.isclose(command[s.TORQUE], held, rtol=1e-8)
 
     @pytest.mark.parametrize("wind", [7.0, 10.0, 13.0, 16.3, 21.0])
     def test_steady_wind_ends_at_rated_speed_or_the_best_ratio(self, wind: float) -> None:
