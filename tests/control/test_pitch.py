@@ -163,6 +163,7 @@ class TestFit:
             ([0.1, 0.2], [-1.0, 1.0], 1, "not negative"),
             ([0.1, 0.2], [-1.0, -3.0], 1, "not negative"),
             ([0.1, 0.2], [-1.0], 1, "sensitivity: got shape"),
+            ([0.1, 0.2], [-1.0, -1.9], 1, "would be 10 times as large"),
             ([0.1, 0.2], [-1.0, -1.0], 3, "degree"),
         ],
     )
