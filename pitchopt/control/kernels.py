@@ -136,6 +136,17 @@ def _beyond(wanted, low, high, push):  # type: ignore[no-untyped-def]
 
 
 @_compiled
+def _largest_integral(p, to_pitch, to_torque):  # type: ignore[no-untyped-def]
+    """Integral that alone takes both commands across their ranges."""
+    bound = 0.0
+    if to_pitch != 0.0:
+        bound = (p.range.highest - p.range.lowest) / abs(to_pitch)
+    if to_torque != 0.0:
+        bound = max(bound, p.torque.largest / abs(to_torque))
+    return bound
+
+
+@_compiled
 def _usable(measured):  # type: ignore[no-untyped-def]
     """Whether every signal is a number that can be."""
     good = True
@@ -222,7 +233,8 @@ def update(p, memory, measured, command):  # type: ignore[no-untyped-def]
             _beyond(pitch, lowest, highest, to_pitch * error)
             and _beyond(torque, 0.0, p.torque.largest, to_torque * error)
         ):
-            memory[INTEGRAL] += error * p.step
+            bound = _largest_integral(p, to_pitch, to_torque)
+            memory[INTEGRAL] = clip(memory[INTEGRAL] + error * p.step, -bound, bound)
         pitch = clip(pitch, lowest, highest)
         torque = clip(torque, 0.0, p.torque.largest)
     else:

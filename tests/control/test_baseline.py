@@ -106,9 +106,7 @@ def test_openfast_gives_the_same_commands(
     omega = CubicSpline(stored["Time"], stored["RotSpeed"] * np.pi / 30)(times)
     beta, held = np.radians(stored["BldPitch1"][0]), 1e3 * stored["GenTq"][0]
     controller = nrel_5mw_baseline()
-    controller.start(
-        STEP, measured(rotor_speed=float(omega[0]), pitch=beta, generator_torque=held)
-    )
+    controller.start(STEP, measured(rotor_speed=float(omega[0]), pitch=beta, generator_torque=held))
     commands = np.array([controller.command(measured(rotor_speed=float(w))) for w in omega])
     late = stored["Time"] > stored["Time"][0] + 20.0
     for index, column, unit, allowed in (

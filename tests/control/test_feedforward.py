@@ -67,11 +67,11 @@ class TestLead:
         base = wide(nrel_5mw_baseline())
         steady = replace(base.pitch, reference_speed=97.0 * OMEGA, proportional=0.0)
         controller = replace(base, pitch=steady, feedforward=profile)
-        step = 2e-3
+        turn = 2480
+        step = 2 * np.pi / OMEGA / turn
         numbers = PitchActuator(lowest=-3, highest=3, rate=1e3, **actuator).parameters(step)
         controller.start(step, measured(rotor_speed=OMEGA, pitch=0.2))
         position, velocity, moved, azimuths = np.full(3, 0.2), np.zeros(3), [], []
-        turn = round(2 * np.pi / OMEGA / step)
         for k in range(3 * turn):
             azimuth = OMEGA * step * k
             command = pitches(

@@ -23,10 +23,10 @@ from pitchopt.control.actuator_kernels import pitch_actuator
 from pitchopt.errors import InputError
 
 OMEGA = 1.267
-STEP = 0.01
+TURN = 496  # calls in a turn
+STEP = 2 * np.pi / OMEGA / TURN
 SLOPE = 4e7  # moment that a radian of pitch takes off [N m/rad]
 LOADS = {1: np.array([2e6, -1e6]), 2: np.array([-4e5, 6e5])}
-THIRDS = 2 * np.pi / 3 * np.arange(3)
 
 
 def run(
@@ -72,7 +72,7 @@ def run(
 
 def turn_mean(values: FloatArray) -> FloatArray:
     """Mean over the last whole turn."""
-    return np.asarray(np.mean(values[-round(2 * np.pi / OMEGA / STEP) :], axis=0))
+    return np.asarray(np.mean(values[-TURN:], axis=0))
 
 
 class TestPositiveGainReducesTheLoad:
@@ -96,7 +96,10 @@ class TestPositiveGainReducesTheLoad:
     def test_order_two_alone_leaves_order_one(self) -> None:
         seen = run(IndividualPitch(gain=[5e-9], order=[2]))
         assert np.linalg.norm(turn_mean(seen["load2"])) < 1e-3 * np.linalg.norm(LOADS[2])
-        assert np.allclose(turn_mean(seen["load1"]), LOADS[1], rtol=0.02)
+        # loads of order one turn three times a revolution in the frame of order two
+        leak = 5e-9 * SLOPE / (3 * OMEGA) * np.linalg.norm(LOADS[1])
+        change = np.linalg.norm(turn_mean(seen["load1"]) - LOADS[1])
+        assert np.isclose(change, leak, rtol=0.1)
 
 
 @pytest.mark.parametrize("n", [1, 2])
@@ -105,16 +108,13 @@ def test_the_offset_of_the_closed_form_decouples(n: int, tau: float) -> None:
     """Slow integral control acts through the actuator's steady answer at n omega, a turn."""
 
     def coupling(offset: float) -> float:
-        """Load across the first direction while the load along it is taken off."""
-        # tilt load alone; pair (tilt, yaw) of the load is followed from the start
+        """Largest load across the first direction while the load along it is taken off."""
         seen = run(
             IndividualPitch(gain=[1.2e-9], order=[n], offset=[offset]), tau=tau, duration=60.0
         )[f"load{n}"]
         unit = LOADS[n] / np.linalg.norm(LOADS[n])
-        whole = round(2 * np.pi / OMEGA / STEP)
-        smooth = np.apply_along_axis(
-            lambda x: np.convolve(x, np.full(whole, 1.0 / whole), mode="valid"), 0, seen
-        )
+        mean = np.full(TURN, 1.0 / TURN)
+        smooth = np.stack([np.convolve(part, mode="valid", v=mean) for part in seen.T], axis=1)
         across = smooth @ np.array([-unit[1], unit[0]])
         return float(across[np.argmax(np.abs(across))] / np.linalg.norm(LOADS[n]))
 
@@ -138,7 +138,8 @@ class TestLimits:
         assert np.max(np.abs(deviation)) <= limit * (1 + 1e-9)
         assert np.max(np.abs(deviation)) > 0.99 * limit
         # in the direction of the load: half of it is left
-        assert np.allclose(turn_mean(seen["load1"]), 0.5 * LOADS[1], rtol=0.02)
+        rest = turn_mean(seen["load1"]) - 0.5 * LOADS[1]
+        assert np.linalg.norm(rest) < 0.02 * np.linalg.norm(LOADS[1])
 
     def test_no_windup_at_the_limit(self) -> None:
         controller = replace(
@@ -153,12 +154,10 @@ class TestLimits:
         assert np.isclose(last[0] - np.mean(last), 0.01 - 5e-9 * 5e6 * STEP, rtol=1e-6)
 
     def test_no_growth_while_a_blade_is_cut(self) -> None:
-        base = wide(nrel_5mw_baseline())
-        tight = PitchRange(
-            lowest=0.0, highest=1.5, rate=1e3, blade_lowest=-1.0, blade_highest=1.5
-        )
         controller = replace(
-            base, pitch_range=replace(tight, blade_lowest=0.0), individual=IndividualPitch(gain=[5e-9])
+            nrel_5mw_baseline(),
+            pitch_range=PitchRange(lowest=0.0, highest=1.5, rate=1e3),
+            individual=IndividualPitch(gain=[5e-9]),
         )
         controller.start(STEP, measured(rotor_speed=0.9, pitch=0.0))
         tilt = from_fixed_frame([5e6, 0.0], 0.0)
@@ -184,7 +183,7 @@ class TestLimits:
         size = np.max(np.abs(seen["command"] - 0.2), axis=1)
         times = STEP * np.arange(size.size)
         assert np.all(size <= 0.02 * np.minimum(times / 10.0, 1.0) + 1e-12)
-        assert np.max(size[900:1000]) > 0.017
+        assert np.max(size[(times > 9.0) & (times < 10.0)]) > 0.017
 
 
 @pytest.mark.parametrize(

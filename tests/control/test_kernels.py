@@ -116,6 +116,15 @@ def test_plain_python_agrees_with_the_compiled_code() -> None:
         assert np.array_equal(np.array(plain), commands_of_calls(CONTROLLERS[name], signals)), name
 
 
+def test_nothing_heavy_loads_before_it_is_used() -> None:
+    code = (
+        "import sys, pitchopt.control as c; c.nrel_5mw_baseline().parameters(0.01)\n"
+        "print([m for m in ('numba', 'scipy') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
 def test_one_compilation_serves_all_controllers() -> None:
     for controller in CONTROLLERS.values():
         commands_of_calls(controller, course(2))

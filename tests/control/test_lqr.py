@@ -21,15 +21,19 @@ from control_factories import (
     torque,
     torque_of,
 )
+from scipy.linalg import solve_continuous_lyapunov
 from scipy.optimize import brentq
 
 from pitchopt.control import (
+    GeneratorLag,
     LinearQuadratic,
     OperatingDerivatives,
+    PitchActuator,
     QuadraticWeights,
     nrel_5mw_baseline,
 )
 from pitchopt.control import signals as s
+from pitchopt.control.actuator_kernels import generator_torque, pitch_actuator
 from pitchopt.errors import InputError
 
 WINDS = np.arange(5.0, 25.0, 2.0)
@@ -43,13 +47,18 @@ def thrust(omega: float, pitch: float, wind: float) -> float:
     return float(0.5 * DENSITY * np.pi * RADIUS**2 * wind**2 * ct)
 
 
+def surplus(pitch: float, omega: float, wind: float) -> float:
+    """Power beyond the rated power [W]."""
+    return torque(omega, pitch, wind) * omega - RATED_POWER
+
+
 @cache
-def points() -> OperatingDerivatives:
+def points(pitch_time: float = 0.0, torque_time: float = 0.0) -> OperatingDerivatives:
     rows = []
     for wind in WINDS:
         omega, beta = min(BEST_RATIO * wind / RADIUS, RATED_SPEED), 0.0
         if torque(omega, beta, wind) * omega > RATED_POWER:
-            beta = brentq(lambda b: torque(omega, b, wind) * omega - RATED_POWER, 0.0, 0.6)
+            beta = brentq(surplus, 0.0, 0.6, args=(omega, wind))
         at = np.array([omega, beta, wind])
 
         def slope(of: Any, k: int, at: Any = at) -> float:
@@ -76,8 +85,8 @@ def points() -> OperatingDerivatives:
         tower_mass=4.3e5,
         tower_stiffness=1.7e6,
         tower_damping=1.7e4,
-        pitch_time=0.2,
-        torque_time=0.1,
+        pitch_time=pitch_time,
+        torque_time=torque_time,
     )
 
 
@@ -86,34 +95,70 @@ def weights(c: float = 0.0) -> QuadraticWeights:
 
 
 @cache
-def regulator(c: float = 0.0) -> LinearQuadratic:
-    return LinearQuadratic.designed(points(), weights(c))
+def regulator(c: float = 0.0, lags: tuple[float, float] = (0.0, 0.0)) -> LinearQuadratic:
+    return LinearQuadratic.designed(points(*lags), weights(c))
+
+
+LAGS = [(0.0, 0.0), (0.3, 0.0), (0.3, 0.1)]
+
+
+@pytest.mark.parametrize("k", [2, 6])
+def test_the_linear_model_is_the_slope_of_the_equations_of_motion(k: int) -> None:
+    of = points(0.3, 0.1)
+
+    def motion(x: Any, u: Any) -> Any:
+        omega, place, velocity, beta, share, _ = x
+        wind = WINDS[k] - velocity  # a tower top that moves downwind feels less of it
+        push = thrust(omega, beta, wind) - 1.7e6 * place - 1.7e4 * velocity
+        return np.array(
+            [
+                (torque(omega, beta, wind) - GEAR * of.rated_torque * share) / INERTIA,
+                velocity,
+                push / 4.3e5,
+                (u[0] - beta) / 0.3,
+                (u[1] - share) / 0.1,
+                omega - of.rotor_speed[k],
+            ]
+        )
+
+    share = of.generator_torque[k] / of.rated_torque
+    x = np.array([of.rotor_speed[k], of.tower_displacement[k], 0.0, of.pitch[k], share, 0.0])
+    u = np.array([of.pitch[k], share])
+    assert np.max(np.abs(motion(x, u))) < 1e-9
+    a, b = of.linear_model(k)
+    h = 1e-5
+    for i, e in enumerate(h * np.eye(6)):
+        slope = (motion(x + e, u) - motion(x - e, u)) / (2 * h)
+        assert np.allclose(a[:, i], slope, rtol=1e-4, atol=1e-6)
+    for i, e in enumerate(h * np.eye(2)):
+        assert np.allclose(b[:, i], (motion(x, u + e) - motion(x, u - e)) / (2 * h), rtol=1e-6)
 
 
 @pytest.mark.parametrize("c", [0.0, 0.03, 0.3])
-def test_gains_solve_the_riccati_equation_and_stabilise(c: float) -> None:
-    from scipy.linalg import solve_continuous_lyapunov
-
-    for k, wind in enumerate(WINDS):
-        a, b = points().linear_model(k)
-        q, r = weights(c).matrices(wind)
-        gain = regulator(c).gains[k]
+@pytest.mark.parametrize("lags", LAGS)
+def test_gains_solve_the_riccati_equation_and_stabilise(
+    c: float, lags: tuple[float, float]
+) -> None:
+    of = points(*lags)
+    for k in range(WINDS.size):
+        a, b = of.linear_model(k)
+        q, r = of.weights(k, weights(c))
+        gain = regulator(c, lags).gains[k][:, of.states]
         closed = a - b @ gain
         assert np.max(np.linalg.eigvals(closed).real) < -0.01
-        # cost of the closed loop by Lyapunov's equation: the gain of a Riccati solution is the
-        # gradient of its own cost
+        # cost of the closed loop by Lyapunov's equation: a Riccati solution is its own cost
         cost = solve_continuous_lyapunov(closed.T, -(q + gain.T @ r @ gain))
         assert np.allclose(np.linalg.solve(r, b.T @ cost), gain, rtol=1e-6, atol=1e-8)
         residual = a.T @ cost + cost @ a - cost @ b @ np.linalg.solve(r, b.T @ cost) + q
         assert np.max(np.abs(residual)) < 1e-7 * max(1.0, np.max(np.abs(a.T @ cost)))
 
 
-def test_no_other_gain_costs_less() -> None:
-    from scipy.linalg import solve_continuous_lyapunov
-
-    a, b = points().linear_model(6)
-    q, r = weights(0.1).matrices(WINDS[6])
-    gain = regulator(0.1).gains[6]
+@pytest.mark.parametrize("lags", LAGS)
+def test_no_other_gain_costs_less(lags: tuple[float, float]) -> None:
+    of = points(*lags)
+    a, b = of.linear_model(6)
+    q, r = of.weights(6, weights(0.1))
+    gain = regulator(0.1, lags).gains[6][:, of.states]
 
     def cost(k: Any) -> float:
         return float(np.trace(solve_continuous_lyapunov((a - b @ k).T, -(q + k.T @ r @ k))))
@@ -123,18 +168,33 @@ def test_no_other_gain_costs_less() -> None:
         assert cost(gain * (1 + 0.02 * rng.standard_normal(gain.shape))) > cost(gain)
 
 
-def tower_damping(c: float, k: int) -> float:
+def test_short_lags_are_nearly_none() -> None:
+    """With the pitch at once its weight is on the input: the limit of ever shorter lags."""
+    ends = [
+        np.sort_complex(
+            np.linalg.eigvals(np.subtract(a, b @ regulator(0.1, lags).gains[6][:, of.states]))
+        )[-4:]
+        for lags in ((1e-3, 1e-3), (0.0, 0.0))
+        for of in [points(*lags)]
+        for a, b in [of.linear_model(6)]
+    ]
+    assert np.allclose(ends[0], ends[1], rtol=0.01)
+
+
+def tower_damping(c: float, k: int, lags: tuple[float, float]) -> float:
     """Damping ratio of the mode nearest the tower's frequency."""
-    a, b = points().linear_model(k)
-    values = np.linalg.eigvals(a - b @ regulator(c).gains[k])
+    of = points(*lags)
+    a, b = of.linear_model(k)
+    values = np.linalg.eigvals(a - b @ regulator(c, lags).gains[k][:, of.states])
     pairs = values[values.imag > 0.1]
     mode = pairs[np.argmin(np.abs(np.abs(pairs) - np.sqrt(1.7e6 / 4.3e5)))]
     return float(-mode.real / np.abs(mode))
 
 
 @pytest.mark.parametrize("k", [5, 7, 9])
-def test_weight_on_the_velocity_damps_the_tower(k: int) -> None:
-    damping = [tower_damping(c, k) for c in (0.0, 0.03, 0.1, 0.3)]
+@pytest.mark.parametrize("lags", LAGS)
+def test_weight_on_the_velocity_damps_the_tower(k: int, lags: tuple[float, float]) -> None:
+    damping = [tower_damping(c, k, lags) for c in (0.0, 0.03, 0.1, 0.3)]
     assert np.all(np.diff(damping) > 0.005)
 
 
@@ -158,12 +218,35 @@ class TestInOperation:
     def controller(self) -> Any:
         return replace(nrel_5mw_baseline(), pitch=regulator(), estimator=table_estimator(1.0))
 
+    @pytest.mark.parametrize("integral", [-0.4, 0.1])
+    def test_a_run_goes_on_without_a_bump(self, integral: float) -> None:
+        """Commands of a law whose integral is not zero, taken over by one that must find it."""
+        controller = self.controller()
+        k = 7
+        lqr = regulator()
+        held = lqr.reference[k, 3] - lqr.rated_torque * lqr.gains[k, 1, 5] * integral
+        beta = lqr.reference[k, 2] - lqr.gains[k, 0, 5] * integral
+        omega, place = lqr.reference[k, :2]
+        # the wind whose steady torque is what the generator holds is read off the table
+        estimator = controller.estimator
+        cp = estimator.power_coefficient * (
+            GEAR * held / estimator.torque(omega, beta, float(WINDS[k]))
+        )
+        controller = replace(controller, estimator=replace(estimator, power_coefficient=cp))
+        now = measured(rotor_speed=omega, pitch=beta, generator_torque=held, tower_x=place)
+        controller.start(0.02, now)
+        assert np.isclose(controller.wind_speed, WINDS[k], rtol=1e-9)
+        assert np.isclose(controller._run.memory[1], integral, rtol=1e-6)
+        command = controller.command(now)
+        assert np.allclose(pitches(command), beta, rtol=1e-8)
+        assert np.isclose(command[s.TORQUE], held, rtol=1e-8)
+
     @pytest.mark.parametrize("wind", [7.0, 10.0, 13.0, 16.3, 21.0])
     def test_steady_wind_ends_at_rated_speed_or_the_best_ratio(self, wind: float) -> None:
         controller = self.controller()
         run = run_rotor(
             controller,
-            lambda t: wind,
+            lambda _: wind,
             duration=200.0,
             rotor_speed=1.1,
             pitch=0.05,
@@ -190,9 +273,8 @@ class TestInOperation:
         assert np.max(run["rotor_speed"][2500:]) < 1.1 * RATED_SPEED
         assert np.isclose(run["rotor_speed"][-1], RATED_SPEED, rtol=2e-3)
 
-    def test_the_tower_moving_downwind_takes_pitch_off(self) -> None:
-        # a rotor that runs downwind meets less wind and pushes less: pitch towards fine pushes
-        # against the motion only if it is upwind; the law works against the velocity
+    def test_pitch_works_against_the_motion_of_the_tower(self) -> None:
+        # thrust pushes downwind, and more pitch means less of it
         controller = replace(self.controller(), pitch=regulator(0.3))
         k = 6
         point = {
@@ -206,6 +288,45 @@ class TestInOperation:
             controller.start(0.02, measured(**point))
             first[velocity] = pitches(controller.command(measured(**point, tower_vx=velocity)))[0]
         assert first[-0.2] < first[0.0] < first[0.2]
+
+    def test_lagging_actuators_of_the_design(self) -> None:
+        lags, step, wind = (0.3, 0.1), 0.02, 17.0
+        controller = replace(self.controller(), pitch=regulator(0.0, lags))
+        truth = torque_of(controller.estimator)
+        limits = PitchActuator(lowest=0.0, highest=1.5, rate=0.2, time_constant=lags[0])
+        actuator, keep = limits.parameters(step), GeneratorLag(time_constant=lags[1]).keep(step)
+        omega, beta, speed, held = 1.2, 0.3, 0.0, 4e4
+        controller.start(step, measured(rotor_speed=omega, pitch=beta, generator_torque=held))
+        for _ in range(8000):
+            now = measured(rotor_speed=omega, pitch=beta, generator_torque=held)
+            command = controller.command(now)
+            beta, speed = pitch_actuator(actuator, beta, speed, pitches(command)[0])
+            held = generator_torque(keep, held, command[s.TORQUE])
+            omega += step / INERTIA * (truth(omega, beta, wind) - GEAR * held)
+        assert np.isclose(omega, RATED_SPEED, rtol=1e-3)
+        assert abs(speed) < 1e-6
+        assert np.isclose(beta, np.interp(wind, WINDS, points().pitch), atol=1e-3)
+
+    def test_one_absurd_speed_does_not_leave_an_endless_integral(self) -> None:
+        controller = self.controller()
+        now = measured(rotor_speed=RATED_SPEED, pitch=0.2)
+        controller.start(0.02, now)
+        for sign in (1.0, -1.0):
+            controller.command(measured(rotor_speed=sign * 1e11, pitch=0.2))
+            k = controller._run.parameters.linear_quadratic
+            place = np.interp(controller.wind_speed, WINDS, np.arange(WINDS.size))
+            gains = [np.interp(place, np.arange(WINDS.size), k.gains[:, i, 5]) for i in (0, 1)]
+            torques = controller.torque.largest_torque / k.torque_scale
+            bound = max(np.radians(90.0) / abs(gains[0]), torques / abs(gains[1]))
+            assert abs(controller._run.memory[1]) <= bound * (1 + 1e-9)
+
+    def test_a_step_too_long_for_the_lag_is_refused(self) -> None:
+        controller = replace(self.controller(), pitch=regulator(0.0, (0.05, 0.0)))
+        gain = 1.0 + np.max(regulator(0.0, (0.05, 0.0)).gains[:, 0, 3])
+        longest = -0.05 * np.log(1.0 - 1.0 / gain)
+        controller.parameters(0.999 * longest)
+        with pytest.raises(InputError, match=r"step: got .* pitch_time of 0\.05 s"):
+            controller.parameters(1.001 * longest)
 
     def test_integral_stands_still_beyond_both_ranges(self) -> None:
         controller = self.controller()
@@ -230,7 +351,7 @@ def changed(**changes: Any) -> OperatingDerivatives:
         (lambda: changed(wind_speed=WINDS[::-1]), "wind_speed"),
         (lambda: changed(pitch=[0.1]), "pitch: got shape"),
         (lambda: changed(inertia=0.0), "inertia"),
-        (lambda: changed(pitch_time=0.0), "pitch_time"),
+        (lambda: changed(pitch_time=-0.1), "pitch_time"),
         (lambda: changed(tower_damping=-1.0), "tower_damping"),
         (lambda: changed(generator_torque=0.0 * WINDS), "generator_torque"),
         (lambda: QuadraticWeights(largest_pitch=0.0), "largest_pitch"),

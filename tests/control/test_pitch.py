@@ -103,8 +103,10 @@ def test_the_compiled_loop_answers_as_the_mode_does(beta: float) -> None:
         omega += step / INERTIA * slope * (command[0] - beta)
     damped = frequency * np.sqrt(1 - damping**2)
     decay = np.exp(-damping * frequency * times)
-    exact = start * decay * (
-        np.cos(damped * times) - damping * frequency / damped * np.sin(damped * times)
+    exact = (
+        start
+        * decay
+        * (np.cos(damped * times) - damping * frequency / damped * np.sin(damped * times))
     )
     assert np.max(np.abs(np.array(history) - exact)) < 3e-3 * start
 
@@ -161,6 +163,7 @@ class TestFit:
             ([0.1, 0.2], [-1.0, 1.0], 1, "not negative"),
             ([0.1, 0.2], [-1.0, -3.0], 1, "not negative"),
             ([0.1, 0.2], [-1.0], 1, "sensitivity: got shape"),
+            ([0.1, 0.2], [-1.0, -1.9], 1, "would be 10 times as large"),
             ([0.1, 0.2], [-1.0, -1.0], 3, "degree"),
         ],
     )
