@@ -32,9 +32,10 @@ Correlation = Callable[[FloatArray], FloatArray]
 
 
 class GridNoise(Protocol):
-    """Grid of `points` distinct points that can correlate white noise."""
+    """Grid of `points` distinct points, the closest two `nearest` [m] apart, to put noise on."""
 
     points: int
+    nearest: float
 
     def correlate(self, correlation: Correlation, white: FloatArray) -> FloatArray:
         """White noise (K, points, M) to noise that is correlated over the points."""
@@ -50,6 +51,7 @@ class CartesianNoise:
 
     def __init__(self, count: tuple[int, int], step: tuple[float, float]) -> None:
         self.points = count[0] * count[1]
+        self.nearest = min(step)
         self.count = count
         self._basis = tuple(_parity_basis(n) for n in count)
         reps = [np.arange((n + 1) // 2) for n in count]
@@ -114,6 +116,7 @@ class PolarNoise:
             ..., None
         ] * np.cos(angle)
         self._distance = np.concatenate([outer, np.sqrt(np.maximum(square, 0.0)).ravel()])
+        self.nearest = float(outer[0] * min(1.0, 2.0 * np.sin(np.pi / spokes)))
         self._basis = _harmonic_basis(spokes)
         harmonics = np.concatenate([[0], np.repeat(np.arange(1, spokes), 2)])[:spokes]
         self._harmonic = harmonics

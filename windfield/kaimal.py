@@ -51,6 +51,7 @@ __all__ = ["Coupled", "Scaling", "kaimal_box", "kaimal_polar_box"]
 Scaling = Literal["expectation", "box", "spectrum"]
 Coupled = Literal["uvw", "u"]
 
+RESOLUTION = 2.0**-24  # of velocities in single precision: less coherence than this is none
 CHUNK = 2**22  # numbers in the tables of one chunk of frequencies
 
 
@@ -304,12 +305,16 @@ class _Spectrum:
         return variance
 
     def _correlated(self, noise: GridNoise, frequency: FloatArray, white: FloatArray) -> FloatArray:
-        def correlation(distance: FloatArray) -> FloatArray:
-            return coherence(
-                frequency[:, None], distance, mean_speed=self.speed, hub_height=self.hub
+        """White noise (K, points, 6), two numbers a component, correlated at each frequency."""
+        nearest = self._coherence(frequency, np.array([noise.nearest]))
+        few = int(np.count_nonzero(nearest > RESOLUTION))  # it falls with the frequency
+        if few:
+            part = slice(None) if self.coupled == "uvw" else slice(None, None, 3)
+            white[:few, :, part] = noise.correlate(
+                lambda distance: self._coherence(frequency[:few], distance),
+                np.ascontiguousarray(white[:few, :, part]),
             )
-
-        if self.coupled == "uvw":
-            return noise.correlate(correlation, white)
-        white[..., ::3] = noise.correlate(correlation, np.ascontiguousarray(white[..., ::3]))
         return white
+
+    def _coherence(self, frequency: FloatArray, distance: FloatArray) -> FloatArray:
+        return coherence(frequency[:, None], distance, mean_speed=self.speed, hub_height=self.hub)

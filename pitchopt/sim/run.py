@@ -18,6 +18,8 @@ from pitchopt.sim.wind import Wind, wind_tables
 
 __all__ = ["TurbineRun"]
 
+_OVERSPEED = 2.0  # times rated: no controller holds the rotor any more
+
 
 class TurbineRun:
     """A turbine in a wind, at some instant: state, scratch and model of the time loop.
@@ -69,7 +71,7 @@ class TurbineRun:
             tower_weight_moment=tower.weight_moment,
             tower_mass_above=tower.mass_above,
             tip_shape=dynamic.blade.tip_shape,
-            fastest=4.0 * turbine.rated_rotor_speed,
+            fastest=_OVERSPEED * turbine.rated_rotor_speed,
             largest=0.5 * turbine.rotor.radius,
         )
         self.state = _state(dynamic, rotor_speed, pitch, torque, azimuth)
