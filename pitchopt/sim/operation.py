@@ -2,10 +2,12 @@
 
 Below rated power the rotor runs at its best tip-speed ratio within its speed limits and at fine
 pitch, above it at rated speed with the pitch that gives rated power (`pitchopt.aero.steady`).
+Pitch moves faster than the wake settles, so the schedule takes the sensitivity with the induced
+velocities of the operating point; in momentum balance it is smaller, near rated wind by far.
 From these points come
 
     k = 1/2 rho pi R^5 C_P / (lambda^3 G^3)     gain of the torque law, generator side,
-    dP/dbeta over pitch                          for the gain schedule of the pitch regulator,
+    dP/dbeta over pitch, wake held still         for the gain schedule of the pitch regulator,
     derivatives of torque and thrust             for the linear quadratic regulator,
     C_P over tip-speed ratio and pitch           for the wind estimator.
 """
@@ -19,6 +21,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pitchopt.aero.static_rotor import StaticRotor
 from pitchopt.aero.steady import (
     OperatingPoints,
     Surfaces,
@@ -48,7 +51,8 @@ __all__ = ["Operation"]
 _SPEED_CORNER = 0.25 / (12.1 * math.pi / 30.0) * 2.0 * math.pi  # over rated rotor speed
 _FREQUENCY = 0.6 / (12.1 * math.pi / 30.0)
 _FULL_LOAD_PITCH = math.radians(0.5)  # operating points above it are in full load
-_PITCH_TIME = 0.1  # of an actuator without dynamics, in the linear quadratic design [s]
+_PITCH_STEP = math.radians(0.1)  # of a central difference
+_AZIMUTHS = 8
 
 
 @dataclass(frozen=True)
@@ -110,6 +114,30 @@ class Operation:
         if own is not None and np.interp(own, surfaces.pitch, power) >= 0.95 * power[best]:
             return own
         return float(surfaces.pitch[best])
+
+    def frozen_sensitivity(self, points: OperatingPoints) -> FloatArray:
+        """dP/dbeta (W,) [W/rad] at operating points, rotor speed and wake held still."""
+        turbine = self.dynamic.turbine
+        azimuth = 2.0 * np.pi * np.arange(_AZIMUTHS) / _AZIMUTHS
+        out = np.empty(points.wind_speed.size)
+        for i, (wind, omega, pitch) in enumerate(
+            zip(points.wind_speed, points.rotor_speed, points.pitch, strict=True)
+        ):
+            model = StaticRotor(
+                rotor=turbine.rotor,
+                wind=UniformInflow(float(wind)),
+                rotor_speed=float(omega),
+                air_density=turbine.air_density,
+                induction="frozen",
+            )
+            low, high = (
+                model.blade_loads(
+                    azimuth, np.full(_AZIMUTHS, pitch + side), mean_pitch=float(pitch)
+                ).torque.mean()
+                for side in (-_PITCH_STEP, _PITCH_STEP)
+            )
+            out[i] = turbine.rotor.blades * omega * (high - low) / (2.0 * _PITCH_STEP)
+        return out
 
     def points(self, wind_speed: ArrayLike) -> OperatingPoints:
         """Operating points in uniform wind at hub speeds (W,) [m/s]."""
@@ -178,7 +206,7 @@ class Operation:
         )
 
     def pitch_regulator(
-        self, *, frequency: float | None = None, damping: float = 0.7, degree: int = 2
+        self, *, frequency: float | None = None, damping: float = 0.7, degree: int = 1
     ) -> PitchRegulator:
         """Pitch regulator of a mode of the rotor speed.
 
@@ -189,16 +217,16 @@ class Operation:
         damping : float
             Fraction of critical.
         degree : {1, 2}
-            Of the fit of dP/dbeta over pitch.
+            Of the fit of dP/dbeta over pitch, 1 as in the NREL 5 MW report.
         """
         turbine = self.dynamic.turbine
         curve = self.curve
-        full = curve.pitch > self.fine_pitch + _FULL_LOAD_PITCH
+        full = np.flatnonzero(curve.pitch > self.fine_pitch + _FULL_LOAD_PITCH)
         return PitchRegulator.tuned(
             frequency=_FREQUENCY * turbine.rated_rotor_speed if frequency is None else frequency,
             damping=damping,
             pitch=curve.pitch[full],
-            sensitivity=curve.power_sensitivity[full],
+            sensitivity=self.frozen_sensitivity(curve)[full],
             rotor_speed=turbine.rated_rotor_speed,
             inertia=self.dynamic.rotor_inertia,
             gear_ratio=turbine.drivetrain.gear_ratio,
@@ -283,7 +311,7 @@ class Operation:
             zip(speeds, points.rotor_speed, points.pitch, strict=True)
         ):
             at = np.array([wind, omega, pitch], dtype=np.float64)
-            for j, step in enumerate((0.02 * wind, 0.01 * omega, math.radians(0.1))):
+            for j, step in enumerate((0.02 * wind, 0.01 * omega, _PITCH_STEP)):
                 side = np.zeros(3)
                 side[j] = step
                 columns[j, :, i] = (loads(*(at + side)) - loads(*(at - side))) / (2.0 * step)
@@ -292,6 +320,9 @@ class Operation:
         mass = stiffness / float(tower.frequency[0]) ** 2
         actuator, lag = dynamic.actuator, dynamic.generator_lag
         assert actuator is not None and lag is not None  # set by DynamicTurbine
+        pitch_time = actuator.time_constant or 0.0
+        if actuator.frequency is not None and actuator.damping is not None:
+            pitch_time = 2.0 * actuator.damping / actuator.frequency
         return OperatingDerivatives(
             wind_speed=speeds,
             rotor_speed=points.rotor_speed,
@@ -309,8 +340,8 @@ class Operation:
             tower_mass=mass,
             tower_stiffness=stiffness,
             tower_damping=float(tower.damping[0]),
-            pitch_time=actuator.time_constant or _PITCH_TIME,
-            torque_time=lag.time_constant or _PITCH_TIME,
+            pitch_time=pitch_time,
+            torque_time=lag.time_constant,
         )
 
     def linear_quadratic(self, *, tower_velocity: float = 0.0) -> TurbineController:

@@ -59,16 +59,17 @@ def test_beyond_is_the_integral_to_the_tip() -> None:
 def test_coupled_bending_follows_the_principal_axes() -> None:
     """Turned principal axes change no frequency, and the modes bend along them."""
     angle, stations = 0.3, 15
-    first, second = np.array([np.cos(angle), -np.sin(angle)]), np.array([np.sin(angle), np.cos(angle)])
+    first, second = (
+        np.array([np.cos(angle), -np.sin(angle)]),
+        np.array([np.sin(angle), np.cos(angle)]),
+    )
     stiffness = STIFFNESS * (np.outer(first, first) + 4.0 * np.outer(second, second))
     beam = Beam(
         np.linspace(0.0, LENGTH, stations),
         np.full(stations, MASS),
         np.broadcast_to(stiffness, (stations, 2, 2)),
     )
-    frequency, shapes = beam.modes(
-        beam.assemble(beam.mass, 0), beam.assemble(beam.stiffness, 2), 2
-    )
+    frequency, shapes = beam.modes(beam.assemble(beam.mass, 0), beam.assemble(beam.stiffness, 2), 2)
     assert frequency == pytest.approx([3.51602 * SCALE, 2 * 3.51602 * SCALE], rel=1e-4)
     tips = shapes[:, -4::2]
     assert tips[0] / np.linalg.norm(tips[0]) == pytest.approx(first, abs=1e-9)

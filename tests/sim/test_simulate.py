@@ -181,7 +181,10 @@ def test_shaft_torsion_carries_the_torque(nrel, sheared, controller) -> None:
 
 def test_actuator_limits_hold(nrel, sheared, controller) -> None:
     actuator = PitchActuator(
-        lowest=math.radians(2.0), highest=math.radians(5.0), rate=math.radians(1.0), time_constant=0.4
+        lowest=math.radians(2.0),
+        highest=math.radians(5.0),
+        rate=math.radians(1.0),
+        time_constant=0.4,
     )
     dynamic = DynamicTurbine(turbine=nrel, actuator=actuator, step=0.025)
     result = simulate(
