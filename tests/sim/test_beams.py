@@ -29,7 +29,7 @@ def test_uniform_cantilever() -> None:
 
 
 def test_rotating_uniform_blade() -> None:
-    """Flap frequency of a blade hinged to no hub: omega^2 = omega_0^2 + 1.193 Omega^2 (Southwell)."""
+    """Southwell: omega^2 = omega_0^2 + 1.193 Omega^2 for the first flap mode without a hub."""
     beam = uniform()
     inertia, elastic = beam.assemble(beam.mass, 0), beam.assemble(beam.stiffness, 2)
     tension = beam.assemble(beam.beyond(beam.mass * beam.points), 1)

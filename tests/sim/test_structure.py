@@ -24,7 +24,7 @@ def polynomial(coefficients: tuple[float, ...], at: np.ndarray) -> np.ndarray:
 
 
 def test_frequencies_of_the_nrel_5mw() -> None:
-    """NREL/TP-500-38060, table 9-1: tower 0.32 and 0.31 Hz, flap 0.67 to 0.70, edge 1.08 to 1.09."""
+    """NREL/TP-500-38060, table 9-1: tower 0.32, flap 0.67 to 0.70, edge 1.08 to 1.09 Hz."""
     turbine = load_turbine("nrel-5mw")
     blade = blade_model(turbine)
     tower = tower_model(turbine, blade)
