@@ -48,6 +48,14 @@ from pitchopt.sim.kernels_wind import WindTables, wind_speed, wind_velocity
 __all__ = ["Model", "State", "Work", "advance", "march", "measure", "output"]
 
 _compiled = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+# Inlined are the functions that take whole tuples: handing these over costs more than the work.
+_inlined = njit(
+    cache=True,
+    nogil=True,
+    error_model="numpy",
+    fastmath={"contract", "nsz"},
+    forceinline=True,
+)
 
 RUNNING = 0
 DIVERGED = 1
@@ -166,7 +174,7 @@ class Work(NamedTuple):
     command: FloatArray
 
 
-@_compiled
+@_inlined
 def _loads(
     model: Model, state: State, work: Work, q: FloatArray, v: FloatArray, time: float, step: float
 ) -> None:
@@ -222,7 +230,7 @@ def begin(model: Model, state: State, work: Work) -> bool:
     return good
 
 
-@_compiled
+@_inlined
 def advance(model: Model, state: State, work: Work, command: FloatArray) -> int:
     """One step under a command that is held; returns RUNNING or DIVERGED."""
     h = model.step
@@ -270,7 +278,7 @@ def advance(model: Model, state: State, work: Work, command: FloatArray) -> int:
     return RUNNING if good else DIVERGED
 
 
-@_compiled
+@_inlined
 def measure(model: Model, state: State, work: Work, measured: FloatArray) -> None:
     """Fill the controller's view of the turbine."""
     q, v, a = state.q, state.v, state.a
@@ -295,7 +303,7 @@ def measure(model: Model, state: State, work: Work, measured: FloatArray) -> Non
     measured[signals.POWER] = model.efficiency * state.torque[0] * generator
 
 
-@_compiled
+@_inlined
 def output(model: Model, state: State, work: Work, out: FloatArray) -> None:
     """Fill the output vector in the order of `pitchopt.sim.channels`, SI units."""
     q, v, a = state.q, state.v, state.a
