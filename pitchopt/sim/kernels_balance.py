@@ -34,10 +34,13 @@ _MIN_LOSS = 1e-4
 _NEWTON = 12
 _FAR = 12.0  # exp(-12) is nothing beside 1
 
-_compiled = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+_compiled = njit(
+    cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}
+)
 _inlined = njit(
     cache=True,
     nogil=True,
+    _nrt=False,
     error_model="numpy",
     fastmath={"contract", "nsz"},
     forceinline=True,

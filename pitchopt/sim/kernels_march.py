@@ -47,11 +47,14 @@ from pitchopt.sim.kernels_wind import WindTables, wind_speed, wind_velocity
 
 __all__ = ["Model", "State", "Work", "advance", "march", "measure", "output"]
 
-_compiled = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+_compiled = njit(
+    cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}
+)
 # Inlined are the functions that take whole tuples: handing these over costs more than the work.
 _inlined = njit(
     cache=True,
     nogil=True,
+    _nrt=False,
     error_model="numpy",
     fastmath={"contract", "nsz"},
     forceinline=True,
@@ -214,7 +217,8 @@ def begin(model: Model, state: State, work: Work) -> bool:
     time = state.count[0] * model.step
     _loads(model, state, work, state.q, state.v, time, 0.0)
     good = solve(model.body, work.motion, state.q, state.v, 0.0, state.a)
-    state.before[:] = state.a
+    for i in range(state.a.size):
+        state.before[i] = state.a[i]
     reactions(
         model.body,
         work.rotor,
@@ -249,7 +253,8 @@ def advance(model: Model, state: State, work: Work, command: FloatArray) -> int:
         v[i] += 0.5 * h * a[i]
     state.count[0] += 1
     _loads(model, state, work, work.q, work.v, state.count[0] * h, h)
-    before[:] = a
+    for i in range(a.size):
+        before[i] = a[i]
     good = solve(body, work.motion, q, v, h, a)
     for i in range(q.size):
         q[i] += 0.25 * h * h * a[i]

@@ -19,6 +19,7 @@ __all__ = ["angle", "falling", "sine_cosine"]
 _inlined = njit(
     cache=True,
     nogil=True,
+    _nrt=False,
     error_model="numpy",
     fastmath={"contract", "nsz"},
     forceinline=True,

@@ -41,11 +41,14 @@ AZIMUTH = 2
 TWIST = 3
 BLADES = 4
 
-_compiled = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+_compiled = njit(
+    cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}
+)
 # Inlined are the functions that take whole tuples: handing these over costs more than the work.
 _inlined = njit(
     cache=True,
     nogil=True,
+    _nrt=False,
     error_model="numpy",
     fastmath={"contract", "nsz"},
     forceinline=True,

@@ -135,11 +135,12 @@ _ET = 29 * PLANE
 WORK_PLANES = 30
 
 _compiled = njit(
-    cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz", "reassoc"}
+    cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz", "reassoc"}
 )
 _inlined = njit(
     cache=True,
     nogil=True,
+    _nrt=False,
     error_model="numpy",
     fastmath={"contract", "nsz", "reassoc"},
     forceinline=True,
