@@ -47,7 +47,18 @@ from pitchopt.sim.kernels_wind import WindTables, wind_speed, wind_velocity
 
 __all__ = ["Model", "State", "Work", "advance", "march", "measure", "output"]
 
-_compiled = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+_compiled = njit(
+    cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}
+)
+# Inlined are the functions that take whole tuples: handing these over costs more than the work.
+_inlined = njit(
+    cache=True,
+    nogil=True,
+    _nrt=False,
+    error_model="numpy",
+    fastmath={"contract", "nsz"},
+    forceinline=True,
+)
 
 RUNNING = 0
 DIVERGED = 1
@@ -166,7 +177,7 @@ class Work(NamedTuple):
     command: FloatArray
 
 
-@_compiled
+@_inlined
 def _loads(
     model: Model, state: State, work: Work, q: FloatArray, v: FloatArray, time: float, step: float
 ) -> None:
@@ -206,7 +217,8 @@ def begin(model: Model, state: State, work: Work) -> bool:
     time = state.count[0] * model.step
     _loads(model, state, work, state.q, state.v, time, 0.0)
     good = solve(model.body, work.motion, state.q, state.v, 0.0, state.a)
-    state.before[:] = state.a
+    for i in range(state.a.size):
+        state.before[i] = state.a[i]
     reactions(
         model.body,
         work.rotor,
@@ -222,7 +234,7 @@ def begin(model: Model, state: State, work: Work) -> bool:
     return good
 
 
-@_compiled
+@_inlined
 def advance(model: Model, state: State, work: Work, command: FloatArray) -> int:
     """One step under a command that is held; returns RUNNING or DIVERGED."""
     h = model.step
@@ -241,7 +253,8 @@ def advance(model: Model, state: State, work: Work, command: FloatArray) -> int:
         v[i] += 0.5 * h * a[i]
     state.count[0] += 1
     _loads(model, state, work, work.q, work.v, state.count[0] * h, h)
-    before[:] = a
+    for i in range(a.size):
+        before[i] = a[i]
     good = solve(body, work.motion, q, v, h, a)
     for i in range(q.size):
         q[i] += 0.25 * h * h * a[i]
@@ -270,7 +283,7 @@ def advance(model: Model, state: State, work: Work, command: FloatArray) -> int:
     return RUNNING if good else DIVERGED
 
 
-@_compiled
+@_inlined
 def measure(model: Model, state: State, work: Work, measured: FloatArray) -> None:
     """Fill the controller's view of the turbine."""
     q, v, a = state.q, state.v, state.a
@@ -295,7 +308,7 @@ def measure(model: Model, state: State, work: Work, measured: FloatArray) -> Non
     measured[signals.POWER] = model.efficiency * state.torque[0] * generator
 
 
-@_compiled
+@_inlined
 def output(model: Model, state: State, work: Work, out: FloatArray) -> None:
     """Fill the output vector in the order of `pitchopt.sim.channels`, SI units."""
     q, v, a = state.q, state.v, state.a

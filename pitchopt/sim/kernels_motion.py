@@ -41,7 +41,18 @@ AZIMUTH = 2
 TWIST = 3
 BLADES = 4
 
-_compiled = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+_compiled = njit(
+    cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}
+)
+# Inlined are the functions that take whole tuples: handing these over costs more than the work.
+_inlined = njit(
+    cache=True,
+    nogil=True,
+    _nrt=False,
+    error_model="numpy",
+    fastmath={"contract", "nsz"},
+    forceinline=True,
+)
 
 
 class BodyTables(NamedTuple):
@@ -158,7 +169,7 @@ class MotionWork(NamedTuple):
     c: FloatArray
 
 
-@_compiled
+@_inlined
 def frames(
     body: BodyTables,
     rotor: RotorWork,
@@ -237,7 +248,7 @@ def frames(
                 out4[i, 1, j, 1] = by * cb - bx * sb
 
 
-@_compiled
+@_inlined
 def _blade_inertia(
     body: BodyTables,
     rotor: RotorWork,
@@ -344,7 +355,7 @@ def _blade_inertia(
     out[3], out[4], out[5] = mx, my, mz
 
 
-@_compiled
+@_inlined
 def _apex_motion(
     body: BodyTables,
     rotor: RotorWork,
@@ -375,7 +386,7 @@ def _apex_motion(
     angular[2] = alpha * axes[2, 0] + omega * (spin[0] * axes[1, 0] - spin[1] * axes[0, 0])
 
 
-@_compiled
+@_inlined
 def assemble(
     body: BodyTables,
     rotor: RotorWork,
@@ -547,7 +558,7 @@ def assemble(
             matrix[i, i] = 1.0
 
 
-@_compiled
+@_inlined
 def _stiff(body: BodyTables, i: int, j: int) -> tuple[float, float]:
     """Linear stiffness and damping between coordinates i and j."""
     if i < 2:
@@ -562,7 +573,7 @@ def _stiff(body: BodyTables, i: int, j: int) -> tuple[float, float]:
     return 0.0, 0.0
 
 
-@_compiled
+@_inlined
 def solve(
     body: BodyTables, work: MotionWork, q: FloatArray, v: FloatArray, step: float, a: FloatArray
 ) -> bool:
@@ -615,7 +626,7 @@ def solve(
     return True
 
 
-@_compiled
+@_inlined
 def reactions(
     body: BodyTables,
     rotor: RotorWork,

@@ -33,7 +33,9 @@ NO_BOX = 0
 CARTESIAN = 1
 POLAR = 2
 
-_compiled = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+_compiled = njit(
+    cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}
+)
 
 
 class WindTables(NamedTuple):

@@ -164,7 +164,7 @@ def _state(
 ) -> Any:
     from pitchopt.sim.kernels_march import State
     from pitchopt.sim.kernels_motion import AZIMUTH, BLADES
-    from pitchopt.sim.kernels_rotor import InflowState
+    from pitchopt.sim.kernels_rotor import MEMORY_PLANES, PLANE, InflowState
 
     blades, stations = dynamic.blades, dynamic.turbine.rotor.blade.span.size
     size = BLADES + 2 * blades
@@ -183,10 +183,7 @@ def _state(
         scale=np.zeros(size),
         inflow=InflowState(
             row=np.zeros((blades, stations), dtype=np.int64),
-            root=np.zeros((blades, stations, 5)),
-            quasi=np.zeros((blades, stations, 2)),
-            middle=np.zeros((blades, stations, 2)),
-            induced=np.zeros((blades, stations, 2)),
+            planes=np.zeros(MEMORY_PLANES * PLANE),
             disc=np.zeros(4),
             counts=np.zeros(3, dtype=np.int64),
         ),
@@ -196,9 +193,9 @@ def _state(
 def _work(dynamic: DynamicTurbine) -> Any:
     from pitchopt.sim.kernels_march import Work
     from pitchopt.sim.kernels_motion import BLADES, MotionWork
-    from pitchopt.sim.kernels_rotor import RotorWork
+    from pitchopt.sim.kernels_rotor import PLANE, WORK_PLANES, RotorWork
 
-    blades, stations = dynamic.blades, dynamic.turbine.rotor.blade.span.size
+    blades = dynamic.blades
     size = BLADES + 2 * blades
     return Work(
         rotor=RotorWork(
@@ -209,7 +206,7 @@ def _work(dynamic: DynamicTurbine) -> Any:
             spin=np.zeros(3),
             angle=np.zeros(blades),
             tower=np.zeros(3),
-            flow=np.zeros((blades, stations, 6)),
+            planes=np.zeros(WORK_PLANES * PLANE),
             force=np.zeros((blades, 3)),
             moment=np.zeros((blades, 3)),
             modal=np.zeros((blades, 2)),

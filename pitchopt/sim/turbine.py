@@ -185,7 +185,7 @@ class DynamicTurbine:
     @cached_property
     def rotor_tables(self) -> Any:
         """`RotorTables` of the time loop."""
-        from pitchopt.sim.kernels_rotor import RotorTables
+        from pitchopt.sim.kernels_rotor import RotorTables, element_planes, polar_rows
 
         rotor, model = self.turbine.rotor, self.blade
         blade = rotor.blade
@@ -194,42 +194,42 @@ class DynamicTurbine:
         outer, inner = loss_constants(rotor)
         first = np.empty(blade.span.size, dtype=np.int64)
         last = np.empty(blade.span.size, dtype=np.int64)
-        rows: list[tuple[FloatArray, ...]] = []
+        rows: list[FloatArray] = []
         seen: dict[int, tuple[int, int]] = {}
         total = 0
         for e, polar in enumerate(blade.polars):
             if id(polar) not in seen:
                 seen[id(polar)] = (total, total + polar.alpha.size - 1)
                 total += polar.alpha.size
-                rows.append((polar.alpha, polar.cl, polar.cd, polar.moment))
+                rows.append(polar_rows(polar.alpha, polar.cl, polar.cd, polar.moment))
             first[e], last[e] = seen[id(polar)]
-        alpha, cl, cd, cm = (np.concatenate(column) for column in zip(*rows, strict=True))
         return RotorTables(
             blades=rotor.blades,
-            span=np.array(blade.span),
-            chord=np.array(blade.chord),
-            twist=np.array(blade.twist),
-            prebend=np.array(prebend),
-            sweep=np.array(sweep),
-            width=np.array(width),
-            lever=np.array(lever + rotor.hub_radius * width),
-            outer=outer,
-            inner=inner,
-            hub_radius=rotor.hub_radius,
+            stations=blade.span.size,
+            planes=element_planes(
+                blades=rotor.blades,
+                hub_radius=rotor.hub_radius,
+                span=blade.span,
+                chord=blade.chord,
+                twist=blade.twist,
+                prebend=prebend,
+                sweep=sweep,
+                width=width,
+                lever=lever + rotor.hub_radius * width,
+                outer=outer,
+                inner=inner,
+                shape=model.node_shape,
+                slope=model.node_slope,
+                shortening=model.node_shortening,
+                weight=model.node_weight,
+            ),
             radius=rotor.radius,
             cone_cosine=math.cos(rotor.cone),
             cone_sine=math.sin(rotor.cone),
             density=self.turbine.air_density,
-            alpha=alpha,
-            cl=cl,
-            cd=cd,
-            cm=cm,
+            polar=np.concatenate(rows),
             first=first,
             last=last,
-            shape=model.node_shape,
-            slope=model.node_slope,
-            shortening=model.node_shortening,
-            weight=model.node_weight,
             skew=self.skew,
             dynamic=self.inflow == "dynamic",
         )
