@@ -79,7 +79,7 @@ class DynamicTurbine:
     actuator: PitchActuator | None = None
     generator_lag: GeneratorLag | None = None
     yaw: float = 0.0
-    step: float = 0.02
+    step: float = 0.025
     blade_damping: float | None = None
     tower_damping: float | None = None
     mode_speed: float | None = None
