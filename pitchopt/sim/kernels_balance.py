@@ -65,26 +65,25 @@ def polar_row(polar: FloatArray, first: int, last: int, row: int, at: float) -> 
 
 @_inlined
 def _one_loss(exponent):  # type: ignore[no-untyped-def]
-    """2 / pi acos(exp(-f)) and its derivative by f."""
+    """Arc acos(exp(-f)) of one loss, and its derivative by f as two factors: e over the root."""
     e = falling(exponent)
     root = math.sqrt(max((1.0 - e) * (1.0 + e), 1e-300))
     far = exponent >= _FAR
-    factor = (2.0 / math.pi) * angle(root, e)
-    rate = (2.0 / math.pi) * e / root
-    return 1.0 if far else factor, 0.0 if far else rate
+    return 0.5 * math.pi if far else angle(root, e), 0.0 if far else e, root
 
 
 @_inlined
 def loss(outer, inner, s, c):  # type: ignore[no-untyped-def]
     """Loss factor F at sin phi = s > 0, and its derivative by phi relative to F."""
     inverse = 1.0 / s
-    tip, tip_rate = _one_loss(outer * inverse)
-    hub, hub_rate = _one_loss(inner * inverse)
-    factor = tip * hub
-    rate = -(outer * tip_rate * hub + inner * hub_rate * tip) * c * inverse * inverse
+    tip, tip_e, tip_root = _one_loss(outer * inverse)
+    hub, hub_e, hub_root = _one_loss(inner * inverse)
+    factor = (4.0 / math.pi**2) * tip * hub
+    tip *= tip_root
+    hub *= hub_root
+    rate = -c * inverse * inverse * (outer * tip_e * hub + inner * hub_e * tip) / (tip * hub)
     low = factor < _MIN_LOSS
-    factor = _MIN_LOSS if low else factor
-    return factor, 0.0 if low else rate / factor
+    return _MIN_LOSS if low else factor, 0.0 if low else rate
 
 
 @_inlined

@@ -145,7 +145,7 @@ class MotionWork(NamedTuple):
         The integrals turned by each blade's pitch.
     shape_coupling : ndarray (B, 2, 2, 2, 2)
     matrix : ndarray (D, D)
-        Mass matrix, with the implicit part of stiffness and damping once solved.
+        Mass matrix; overwritten by `solve`.
     right : ndarray (D,)
         Forces without those of the linear stiffness and damping.
     inertial : ndarray (B, 8)
@@ -559,70 +559,83 @@ def assemble(
 
 
 @_inlined
-def _stiff(body: BodyTables, i: int, j: int) -> tuple[float, float]:
-    """Linear stiffness and damping between coordinates i and j."""
-    if i < 2:
-        if i == j:
-            return body.tower_stiffness[i], body.tower_damping[i]
-        return 0.0, 0.0
-    if i == TWIST and j == TWIST:
-        return body.shaft_stiffness, body.shaft_damping
-    if i >= BLADES and j >= BLADES and (i - BLADES) // 2 == (j - BLADES) // 2:
-        a, b = (i - BLADES) % 2, (j - BLADES) % 2
-        return body.stiffness[a, b], body.damping[a, b]
-    return 0.0, 0.0
-
-
-@_inlined
 def solve(
     body: BodyTables, work: MotionWork, q: FloatArray, v: FloatArray, step: float, a: FloatArray
 ) -> bool:
     """Accelerations `a` (overwritten) from the matrix and right-hand side of `assemble`.
 
     Stiffness K and damping C act at q + h^2/4 a and v + h/2 a, with q and v the explicit parts
-    of the step (trapezium rule; h = 0: at the state itself).  Returns whether the matrix could
-    be factored.
+    of the step (trapezium rule; h = 0: at the state itself).  The matrix is an arrow: blades are
+    tied to tower and shaft but not to each other, so each blade's two coordinates are eliminated
+    first and four remain.  Returns whether the matrix is positive definite.
     """
-    size = a.size
-    matrix, right = work.matrix, work.right
-    for i in range(size):
-        if body.active[i] == 0:
-            a[i] = 0.0
-            continue
-        total = right[i]
-        for j in range(size):
-            if body.active[j] == 0 and not (i >= BLADES and j >= BLADES):
-                continue
-            k, c = _stiff(body, i, j)
-            if k != 0.0 or c != 0.0:
-                total -= k * q[j] + c * v[j]
-                if body.active[j] == 1:
-                    matrix[i, j] += 0.25 * step * step * k + 0.5 * step * c
-        a[i] = total
-    # Cholesky factor in place, lower half
-    for j in range(size):
-        total = matrix[j, j]
-        for m in range(j):
-            total -= matrix[j, m] * matrix[j, m]
-        if not (total > 0.0):
+    matrix, right, active = work.matrix, work.right, body.active
+    stiffness, damping = body.stiffness, body.damping
+    quarter, half = 0.25 * step * step, 0.5 * step
+    for i in range(BLADES):
+        a[i] = right[i] if active[i] == 1 else 0.0
+    for i in range(2):
+        if active[i] == 1:
+            a[i] -= body.tower_stiffness[i] * q[i] + body.tower_damping[i] * v[i]
+            matrix[i, i] += quarter * body.tower_stiffness[i] + half * body.tower_damping[i]
+    if active[TWIST] == 1:
+        a[TWIST] -= body.shaft_stiffness * q[TWIST] + body.shaft_damping * v[TWIST]
+        matrix[TWIST, TWIST] += quarter * body.shaft_stiffness + half * body.shaft_damping
+    for k in range(body.blades):
+        flap, edge = BLADES + 2 * k, BLADES + 2 * k + 1
+        on_flap, on_edge = active[flap] == 1, active[edge] == 1
+        b00, b01, b11 = matrix[flap, flap], matrix[flap, edge], matrix[edge, edge]
+        q0, q1, v0, v1 = q[flap], q[edge], v[flap], v[edge]
+        r0, r1 = 0.0, 0.0
+        if on_flap:
+            r0 = right[flap] - stiffness[0, 0] * q0 - stiffness[0, 1] * q1
+            r0 -= damping[0, 0] * v0 + damping[0, 1] * v1
+            b00 += quarter * stiffness[0, 0] + half * damping[0, 0]
+        if on_edge:
+            r1 = right[edge] - stiffness[1, 0] * q0 - stiffness[1, 1] * q1
+            r1 -= damping[1, 0] * v0 + damping[1, 1] * v1
+            b11 += quarter * stiffness[1, 1] + half * damping[1, 1]
+        if on_flap and on_edge:
+            b01 += quarter * stiffness[0, 1] + half * damping[0, 1]
+        determinant = b00 * b11 - b01 * b01
+        if not (b00 > 0.0 and determinant > 0.0):
             return False
-        pivot = math.sqrt(total)
-        matrix[j, j] = pivot
-        for i in range(j + 1, size):
-            total = matrix[i, j]
-            for m in range(j):
-                total -= matrix[i, m] * matrix[j, m]
-            matrix[i, j] = total / pivot
-    for i in range(size):
+        # inverse of the blade's block, kept for the way back
+        per = 1.0 / determinant
+        b00, b01, b11 = b11 * per, -b01 * per, b00 * per
+        matrix[flap, flap], matrix[flap, edge], matrix[edge, edge] = b00, b01, b11
+        a[flap], a[edge] = r0, r1
+        for i in range(TWIST):  # the twist is not tied to the blades
+            c0, c1 = matrix[flap, i], matrix[edge, i]
+            y0, y1 = b00 * c0 + b01 * c1, b01 * c0 + b11 * c1
+            a[i] -= y0 * r0 + y1 * r1
+            for j in range(i + 1):
+                matrix[i, j] -= y0 * matrix[flap, j] + y1 * matrix[edge, j]
+    # L D L' of what remains, in place
+    for j in range(BLADES):
+        pivot = matrix[j, j]
+        if not (pivot > 0.0):
+            return False
+        per = 1.0 / pivot
+        for i in range(j + 1, BLADES):
+            share = matrix[i, j] * per
+            a[i] -= share * a[j]
+            for m in range(j + 1, i + 1):
+                matrix[i, m] -= share * matrix[m, j]
+        matrix[j, j] = per
+    for i in range(BLADES - 1, -1, -1):
         total = a[i]
-        for m in range(i):
-            total -= matrix[i, m] * a[m]
-        a[i] = total / matrix[i, i]
-    for i in range(size - 1, -1, -1):
-        total = a[i]
-        for m in range(i + 1, size):
+        for m in range(i + 1, BLADES):
             total -= matrix[m, i] * a[m]
-        a[i] = total / matrix[i, i]
+        a[i] = total * matrix[i, i]
+    for k in range(body.blades):
+        flap, edge = BLADES + 2 * k, BLADES + 2 * k + 1
+        r0, r1 = a[flap], a[edge]
+        for i in range(TWIST):
+            r0 -= matrix[flap, i] * a[i]
+            r1 -= matrix[edge, i] * a[i]
+        b00, b01, b11 = matrix[flap, flap], matrix[flap, edge], matrix[edge, edge]
+        a[flap], a[edge] = b00 * r0 + b01 * r1, b01 * r0 + b11 * r1
     return True
 
 

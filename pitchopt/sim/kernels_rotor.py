@@ -47,6 +47,7 @@ from pitchopt.sim.kernels_wind import (
     NO_BOX,
     POLAR,
     WindTables,
+    box_place,
     fluctuation,
     table,
     tower_disturbance,
@@ -377,13 +378,13 @@ def _place(s, t, stop, frame, apex, velocity, spin, cb, sb, rate, q, d):  # type
 @_inlined
 def _wind(s, wind, stop, hub_speed, time, top_x, top_y, top_height):  # type: ignore[no-untyped-def]
     """Wind at the places of one blade's elements, written over them."""
-    shear, shear_low, shear_step = wind.shear, wind.shear_low, wind.shear_step
+    shear, shear_low, per_shear = wind.shear, wind.shear_low, 1.0 / wind.shear_step
     shear_slope, wind_c, wind_s = wind.slope, wind.cosine, wind.sine
-    tower, wall, tower_low, tower_step = (
+    tower, wall, tower_low, per_tower = (
         wind.tower,
         wind.tower_radius,
         wind.tower_low,
-        wind.tower_step,
+        1.0 / wind.tower_step,
     )
     shadow, lateral = tower.size > 1, wind.lateral
     box, turbulent, polar, periodic = (
@@ -392,12 +393,13 @@ def _wind(s, wind, stop, hub_speed, time, top_x, top_y, top_height):  # type: ig
         wind.kind == POLAR,
         wind.periodic,
     )
-    box_rate, box_start = 1.0 / wind.step, wind.carrier * time / wind.step + wind.offset
+    box_rate = 1.0 / wind.step
+    box_start = box_place(wind.carrier * time * box_rate + wind.offset, box.shape[0], periodic)
     second_low, third_low = wind.low[0], wind.low[1]
-    second_step, third_step = wind.steps[0], wind.steps[1]
+    per_second, per_third = 1.0 / wind.steps[0], 1.0 / wind.steps[1]
     for e in range(stop):
         x, y, z = s[_GX + e], s[_GY + e], s[_GZ + e]
-        mean = hub_speed * (table(shear, shear_low, shear_step, z) + shear_slope * y)
+        mean = hub_speed * (table(shear, shear_low, per_shear, z) + shear_slope * y)
         u, v, w = mean, 0.0, 0.0
         if turbulent:
             u, v, w = fluctuation(
@@ -407,19 +409,19 @@ def _wind(s, wind, stop, hub_speed, time, top_x, top_y, top_height):  # type: ig
                 box_start - (wind_c * x + wind_s * y) * box_rate,
                 wind_c * y - wind_s * x - second_low,
                 z - third_low,
-                second_step,
-                third_step,
+                per_second,
+                per_third,
             )
             u += mean
         a, b = wind_c * u - wind_s * v, wind_s * u + wind_c * v
         if shadow:
-            radius = table(tower, tower_low, tower_step, z)
+            radius = table(tower, tower_low, per_tower, z)
             if radius > 0.0:
                 share = min(z / top_height, 1.0)
                 share *= share  # the deflected axis, nearly a parabola
                 da, db = tower_disturbance(
                     radius,
-                    table(wall, tower_low, tower_step, z),
+                    table(wall, tower_low, per_tower, z),
                     lateral,
                     x - share * top_x,
                     y - share * top_y,

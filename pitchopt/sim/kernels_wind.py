@@ -22,6 +22,7 @@ __all__ = [
     "NO_BOX",
     "POLAR",
     "WindTables",
+    "box_place",
     "fluctuation",
     "table",
     "tower_disturbance",
@@ -35,6 +36,14 @@ POLAR = 2
 
 _compiled = njit(
     cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}
+)
+_inlined = njit(
+    cache=True,
+    nogil=True,
+    _nrt=False,
+    error_model="numpy",
+    fastmath={"contract", "nsz"},
+    forceinline=True,
 )
 
 
@@ -114,19 +123,26 @@ def wind_speed(time: FloatArray, speed: FloatArray, t: float) -> float:
     return speed[i] + share * (speed[i + 1] - speed[i])
 
 
-@_compiled
-def table(values: FloatArray, low: float, step: float, at: float) -> float:
-    """Linear in an evenly spaced table, constant outside."""
-    position = (at - low) / step
-    if position <= 0.0:
-        return values[0]
-    i = int(position)
-    if i >= values.size - 1:
-        return values[values.size - 1]
-    return values[i] + (position - i) * (values[i + 1] - values[i])
+@_inlined
+def table(values: FloatArray, low: float, per_step: float, at: float) -> float:
+    """Linear in an evenly spaced table, constant outside; `per_step` is one over the step."""
+    position = (at - low) * per_step
+    last = values.size - 1.0
+    position = min(max(position, 0.0), last)
+    i = min(int(position), max(values.size - 2, 0))
+    value = values[i]
+    return value + (position - i) * (values[min(i + 1, values.size - 1)] - value)
 
 
-@_compiled
+@_inlined
+def box_place(along: float, length: int, periodic: bool) -> float:
+    """Fractional index along the wind, brought into a periodic box."""
+    if periodic:
+        return along - length * math.floor(along / length)
+    return along
+
+
+@_inlined
 def fluctuation(
     box: NDArray[np.float32],
     polar: bool,
@@ -134,83 +150,74 @@ def fluctuation(
     along: float,
     across: float,
     up: float,
-    second_step: float,
-    third_step: float,
+    per_second: float,
+    per_third: float,
 ) -> tuple[float, float, float]:
     """Velocity in a box [m/s], linear between its points.
+
+    Single precision as the box itself: sums of eight weighted numbers, relative error 2e-7.
 
     Parameters
     ----------
     along : float
-        Fractional index along the wind.
+        Fractional index along the wind, at most a few lengths outside a periodic box.
     across, up : float
         Distance from the first point of a Cartesian grid, from the centre of a polar one [m].
-    second_step, third_step : float
-        Steps of the grid in its second and third index [m, or m and rad].
+    per_second, per_third : float
+        One over the steps of the grid in its second and third index [1/m, or 1/m and 1/rad].
     """
     length, second, third = box.shape[0], box.shape[1], box.shape[2]
     if periodic:
-        along -= length * math.floor(along / length)
+        while along < 0.0:
+            along += length
+        while along >= length:
+            along -= length
     i0 = min(max(int(along), 0), length - 1)
     fi = along - i0
     i1 = i0 + 1
     if i1 >= length:
         i1 = 0 if periodic else i0
     if polar:
-        j = math.sqrt(across * across + up * up) / second_step
-        k = math.atan2(-across, up) / third_step
+        j = math.sqrt(across * across + up * up) * per_second
+        k = math.atan2(-across, up) * per_third
         if k < 0.0:
             k += third
         j0 = min(int(j), second - 2)
         k0 = min(int(k), third - 1)
         k1 = k0 + 1 if k0 + 1 < third else 0
     else:
-        j = across / second_step
-        k = up / third_step
+        j = across * per_second
+        k = up * per_third
         j0 = min(max(int(j), 0), second - 2)
         k0 = min(max(int(k), 0), third - 2)
         k1 = k0 + 1
     fj, fk = j - j0, k - k0
     j1 = j0 + 1
-    ci, cj, ck = 1.0 - fi, 1.0 - fj, 1.0 - fk
-    w00, w01, w10, w11 = cj * ck, cj * fk, fj * ck, fj * fk
-    u = ci * (
-        w00 * box[i0, j0, k0, 0]
-        + w01 * box[i0, j0, k1, 0]
-        + w10 * box[i0, j1, k0, 0]
-        + w11 * box[i0, j1, k1, 0]
-    ) + fi * (
-        w00 * box[i1, j0, k0, 0]
-        + w01 * box[i1, j0, k1, 0]
-        + w10 * box[i1, j1, k0, 0]
-        + w11 * box[i1, j1, k1, 0]
+    w00, w01 = np.float32((1.0 - fi) * (1.0 - fj)), np.float32((1.0 - fi) * fj)
+    w10, w11 = np.float32(fi * (1.0 - fj)), np.float32(fi * fj)
+    low, high = np.float32(1.0 - fk), np.float32(fk)
+    u0 = (w00 * box[i0, j0, k0, 0] + w01 * box[i0, j1, k0, 0]) + (
+        w10 * box[i1, j0, k0, 0] + w11 * box[i1, j1, k0, 0]
     )
-    v = ci * (
-        w00 * box[i0, j0, k0, 1]
-        + w01 * box[i0, j0, k1, 1]
-        + w10 * box[i0, j1, k0, 1]
-        + w11 * box[i0, j1, k1, 1]
-    ) + fi * (
-        w00 * box[i1, j0, k0, 1]
-        + w01 * box[i1, j0, k1, 1]
-        + w10 * box[i1, j1, k0, 1]
-        + w11 * box[i1, j1, k1, 1]
+    v0 = (w00 * box[i0, j0, k0, 1] + w01 * box[i0, j1, k0, 1]) + (
+        w10 * box[i1, j0, k0, 1] + w11 * box[i1, j1, k0, 1]
     )
-    w = ci * (
-        w00 * box[i0, j0, k0, 2]
-        + w01 * box[i0, j0, k1, 2]
-        + w10 * box[i0, j1, k0, 2]
-        + w11 * box[i0, j1, k1, 2]
-    ) + fi * (
-        w00 * box[i1, j0, k0, 2]
-        + w01 * box[i1, j0, k1, 2]
-        + w10 * box[i1, j1, k0, 2]
-        + w11 * box[i1, j1, k1, 2]
+    w0 = (w00 * box[i0, j0, k0, 2] + w01 * box[i0, j1, k0, 2]) + (
+        w10 * box[i1, j0, k0, 2] + w11 * box[i1, j1, k0, 2]
     )
-    return u, v, w
+    u1 = (w00 * box[i0, j0, k1, 0] + w01 * box[i0, j1, k1, 0]) + (
+        w10 * box[i1, j0, k1, 0] + w11 * box[i1, j1, k1, 0]
+    )
+    v1 = (w00 * box[i0, j0, k1, 1] + w01 * box[i0, j1, k1, 1]) + (
+        w10 * box[i1, j0, k1, 1] + w11 * box[i1, j1, k1, 1]
+    )
+    w1 = (w00 * box[i0, j0, k1, 2] + w01 * box[i0, j1, k1, 2]) + (
+        w10 * box[i1, j0, k1, 2] + w11 * box[i1, j1, k1, 2]
+    )
+    return low * u0 + high * u1, low * v0 + high * v1, low * w0 + high * w1
 
 
-@_compiled
+@_inlined
 def wind_velocity(
     tables: WindTables, x: float, y: float, z: float, t: float
 ) -> tuple[float, float, float]:
@@ -220,26 +227,26 @@ def wind_velocity(
     the compiler would otherwise hand over element by element.
     """
     mean = wind_speed(tables.time, tables.speed, t) * (
-        table(tables.shear, tables.shear_low, tables.shear_step, z) + tables.slope * y
+        table(tables.shear, tables.shear_low, 1.0 / tables.shear_step, z) + tables.slope * y
     )
     u, v, w = mean, 0.0, 0.0
     if tables.kind != NO_BOX:
+        along = tables.carrier * t - tables.cosine * x - tables.sine * y
         u, v, w = fluctuation(
             tables.box,
             tables.kind == POLAR,
             tables.periodic,
-            (tables.carrier * t - tables.cosine * x - tables.sine * y) / tables.step
-            + tables.offset,
+            box_place(along / tables.step + tables.offset, tables.box.shape[0], tables.periodic),
             tables.cosine * y - tables.sine * x - tables.low[0],
             z - tables.low[1],
-            tables.steps[0],
-            tables.steps[1],
+            1.0 / tables.steps[0],
+            1.0 / tables.steps[1],
         )
         u += mean
     return tables.cosine * u - tables.sine * v, tables.sine * u + tables.cosine * v, w
 
 
-@_compiled
+@_inlined
 def tower_disturbance(
     radius: float, wall: float, lateral: bool, x: float, y: float, u: float, v: float
 ) -> tuple[float, float]:
