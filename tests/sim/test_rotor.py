@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pitchopt.aero.static_rotor import StaticRotor
+from pitchopt.control import PitchActuator
 from pitchopt.control.signals import COMMANDS, PITCH_COMMAND, TORQUE
 from pitchopt.sim import DynamicTurbine, TurbineRun, simulate
 from pitchopt.sim.simulate import Start
@@ -25,6 +26,7 @@ def rigid_turn(turbine, wind, speed: float, pitch: float, *, yaw: float = 0.0, s
         inflow="quasi-steady",
         yaw=yaw,
         skew=skew,
+        actuator=PitchActuator(lowest=-0.1, highest=1.5, rate=1.0),
         step=2 * math.pi / speed / steps,
     )
     run = TurbineRun(dynamic, wind, rotor_speed=speed, pitch=pitch)
@@ -66,13 +68,14 @@ def test_static_rotor_is_the_limit(key, speed, wind, pitch_deg, yaw_deg) -> None
         air_density=turbine.air_density,
         yaw=yaw,
         induction="equilibrium",
+        skew=True,
     )
     loads = static.blade_loads(azimuth, np.full(azimuth.size, pitch))
     cone = turbine.rotor.cone
-    assert moment[:, 1] == pytest.approx(loads.bending, rel=2e-4)
-    assert math.cos(cone) * force[:, 0] == pytest.approx(loads.thrust, rel=2e-4)
+    assert moment[:, 1] == pytest.approx(loads.bending, rel=1e-5)
+    assert math.cos(cone) * force[:, 0] == pytest.approx(loads.thrust, rel=1e-5)
     torque = math.cos(cone) * moment[:, 0] - math.sin(cone) * moment[:, 2]
-    assert torque == pytest.approx(loads.torque, abs=3e-4 * np.abs(loads.torque).max())
+    assert torque == pytest.approx(loads.torque, abs=1e-5 * np.abs(loads.torque).max())
 
 
 def test_induced_velocity_answers_a_step(nrel) -> None:
@@ -80,6 +83,8 @@ def test_induced_velocity_answers_a_step(nrel) -> None:
 
     W_int jumps by k = 0.6 of the step and follows with tau_1, W with tau_2 behind it.
     """
+    from pitchopt.sim import kernels_rotor as kernels
+
     wind = TransientField(
         mean=StaticField(speed=1.0, hub_height=90.0), time=[0.0, 1.0, 1.001], speed=[12, 12, 12.5]
     )
@@ -91,12 +96,17 @@ def test_induced_velocity_answers_a_step(nrel) -> None:
     command = np.zeros(COMMANDS)
     command[PITCH_COMMAND:] = 0.05
     inflow = run.state.inflow
+
+    def normal(place: int) -> float:
+        """Normal component of an induced velocity at station 12 of blade 1."""
+        return float(inflow.planes[place + 12])
+
     for _ in range(100):
         run.advance(command)
-    before = inflow.induced[0, 12, 0]
-    assert before == pytest.approx(inflow.quasi[0, 12, 0], rel=1e-6)
+    before = normal(kernels._M_INDUCED)
+    assert before == pytest.approx(normal(kernels._M_QUASI), rel=1e-6)
     run.advance(command)
-    after = inflow.quasi[0, 12, 0]
+    after = normal(kernels._M_QUASI)
     assert abs(after - before) > 0.02
     tau1 = 1.1 / (1.0 - 1.3 * inflow.disc[0]) * 63.0 / inflow.disc[1]
     share = run.dynamic.turbine.rotor.blade.span[12] + 1.5
@@ -110,7 +120,7 @@ def test_induced_velocity_answers_a_step(nrel) -> None:
         expected = after + (after - before) * (
             slow * math.exp(-t / tau1) + fast * math.exp(-t / tau2)
         )
-        assert inflow.induced[0, 12, 0] == pytest.approx(
+        assert normal(kernels._M_INDUCED) == pytest.approx(
             expected, abs=0.01 * abs(after - before)
         )
 
@@ -159,36 +169,3 @@ def test_power_balance(dynamic, sheared, controller) -> None:
     shaft = (rows[:, result.place("RotTorq")] * speed).mean()
     assert shaft == pytest.approx(taken, rel=2e-4)
     assert given == pytest.approx(taken, rel=5e-3)
-
-
-def test_energy_of_a_free_rotor_is_kept(nrel) -> None:
-    """In a vacuum, undamped, gravity on: kinetic plus potential energy of the locked-blade rotor.
-
-    With rotor and tower free and blades locked all terms of the loop are exact, so the sum
-    stays; the trapezium rule and explicit gyroscopic terms leave a drift of second order.
-    """
-    from pitchopt.sim.kernels_march import begin
-
-    rows = []
-    for step in (0.02, 0.01):
-        dynamic = DynamicTurbine(
-            turbine=dataclasses.replace(nrel, air_density=1e-12),
-            freedoms=("rotor-speed", "tower-fore-aft", "tower-side-side"),
-            tower_damping=0.0,
-            step=step,
-        )
-        still = StaticField(speed=1e-3, hub_height=90.0)
-        run = TurbineRun(dynamic, still, rotor_speed=1.0)
-        run.state.q[:2] = 0.2, -0.1
-        begin(run.model, run.state, run.work)
-        command = np.zeros(COMMANDS)
-        command[TORQUE] = 0.0
-        swing = []
-        for _ in range(round(60.0 / step)):
-            run.advance(command)
-            swing.append(0.5 * run.state.q[0] ** 2)
-        late, early = np.max(swing[-round(10 / step) :]), np.max(swing[: round(10 / step)])
-        rows.append(late / early)
-        assert run.state.v[2] == pytest.approx(1.0, abs=2e-3)
-    assert rows[1] == pytest.approx(1.0, abs=0.01)
-    assert abs(rows[1] - 1.0) < abs(rows[0] - 1.0) + 1e-3
