@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,6 +33,7 @@ from windfield._checks import (
     increasing,
     read_only,
 )
+from windfield._interpolation import Between, inside, trilinear, wrapped
 from windfield.errors import WindFieldError
 from windfield.field import broadcast_shape
 
@@ -41,16 +42,6 @@ __all__ = ["Box", "PolarBox", "TurbulenceBox"]
 EDGE_TOLERANCE = 1e-9  # of the extent of an axis: rounding at the rim
 UNEVEN = 1e-4  # of a step: rounding of coordinates in single precision
 TURN = 2.0 * math.pi
-
-IntArray = NDArray[np.intp]
-
-
-class _Between(NamedTuple):
-    """Indices of the grid points on either side and the share of the upper one."""
-
-    low: IntArray
-    high: IntArray
-    share: FloatArray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -176,13 +167,13 @@ class Box(ValueSemantics):
         x, y, z, t = as_array("x", x), as_array("y", y), as_array("z", z), as_array("t", t)
         shape = broadcast_shape(x, y, z, t)
         along = self._slices(x, t)
-        return _trilinear(self.velocity, along, *self._within(y, z), shape)
+        return trilinear(self.velocity, along, *self._within(y, z), shape)
 
-    def _slices(self, x: FloatArray, t: FloatArray) -> _Between:
+    def _slices(self, x: FloatArray, t: FloatArray) -> Between:
         count = self.velocity.shape[0]
         index = (self.mean_speed * t - x) / self.spacing + self.offset
         if self.periodic:
-            return _wrapped(index, count)
+            return wrapped(index, count)
         edge = EDGE_TOLERANCE * count
         outside = (index < -edge) | (index > count - 1 + edge)
         if outside.any():
@@ -193,9 +184,9 @@ class Box(ValueSemantics):
                 f"t: got t = {time:g} s at x = {at:g} m; the box ({self.label}) spans t = "
                 f"{begin:g} to {end:g} s at x = 0 and is not periodic"
             )
-        return _inside(index, count)
+        return inside(index, count)
 
-    def _within(self, y: FloatArray, z: FloatArray) -> tuple[_Between, _Between]:
+    def _within(self, y: FloatArray, z: FloatArray) -> tuple[Between, Between]:
         raise NotImplementedError  # pragma: no cover
 
 
@@ -269,14 +260,14 @@ class TurbulenceBox(Box):
             )
         self.require_time(duration, x_low=x_low, x_high=x_high, repeat=repeat)
 
-    def _within(self, y: FloatArray, z: FloatArray) -> tuple[_Between, _Between]:
+    def _within(self, y: FloatArray, z: FloatArray) -> tuple[Between, Between]:
         return self._axis("y", y), self._axis("z", z)
 
-    def _axis(self, name: str, values: FloatArray) -> _Between:
+    def _axis(self, name: str, values: FloatArray) -> Between:
         axis = cast(FloatArray, getattr(self, name))
         _check_range(name, axis, values, self.label)
         step = (axis[-1] - axis[0]) / (axis.size - 1)
-        return _inside(np.asarray((values - axis[0]) / step), axis.size)
+        return inside(np.asarray((values - axis[0]) / step), axis.size)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -348,7 +339,7 @@ class PolarBox(Box):
             )
         self.require_time(duration, x_low=x_low, x_high=x_high, repeat=repeat)
 
-    def _within(self, y: FloatArray, z: FloatArray) -> tuple[_Between, _Between]:
+    def _within(self, y: FloatArray, z: FloatArray) -> tuple[Between, Between]:
         up = z - self.centre_height
         radius = np.asarray(np.hypot(y, up))
         _check_range("radius", self.radius, radius, self.label)
@@ -356,7 +347,7 @@ class PolarBox(Box):
         spoke = np.asarray(np.arctan2(-y, up) * (count / TURN))
         rings = self.radius.size
         ring = np.asarray(radius * ((rings - 1) / self.radius[-1]))
-        return _inside(ring, rings), _wrapped(spoke, count)
+        return inside(ring, rings), wrapped(spoke, count)
 
 
 def _velocity(value: object) -> NDArray[np.float32]:
@@ -411,30 +402,3 @@ def _check_range(name: str, axis: FloatArray, values: FloatArray, label: str) ->
             f"{name}: got {worst:g} m; the box ({label}) is smaller than that, it spans "
             f"{axis[0]:g} to {axis[-1]:g} m"
         )
-
-
-def _inside(index: FloatArray, count: int) -> _Between:
-    """Neighbours of fractional indices in 0 .. count - 1, which rounding may exceed."""
-    index = np.clip(index, 0.0, count - 1.0)
-    low = np.minimum(index.astype(np.intp), count - 2)
-    return _Between(low, low + 1, np.asarray(index - low))
-
-
-def _wrapped(index: FloatArray, count: int) -> _Between:
-    """Neighbours of fractional indices on a ring of `count`."""
-    whole = np.floor(index)
-    low = np.mod(whole, count).astype(np.intp)
-    return _Between(low, (low + 1) % count, np.asarray(index - whole))
-
-
-def _trilinear(
-    velocity: NDArray[np.float32], i: _Between, j: _Between, k: _Between, shape: tuple[int, ...]
-) -> FloatArray:
-    n1, n2 = velocity.shape[1:3]
-    flat = velocity.reshape(-1, 3)
-    out = np.zeros((*shape, 3))
-    for a, p in ((i.low, 1.0 - i.share), (i.high, i.share)):
-        for b, q in ((j.low, 1.0 - j.share), (j.high, j.share)):
-            for c, r in ((k.low, 1.0 - k.share), (k.high, k.share)):
-                out += (p * q * r)[..., None] * flat[(a * n1 + b) * n2 + c]
-    return out

@@ -16,13 +16,13 @@ from __future__ import annotations
 import csv
 import io
 import os
-import uuid
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from windfield._checks import FloatArray
+from windfield._files import write_whole
 from windfield.errors import WindFieldError
 
 __all__ = ["CARTESIAN", "MAX_BYTES", "POLAR", "DiscTable", "read_disc_csv", "write_disc_csv"]
@@ -97,22 +97,7 @@ def write_disc_csv(
     for i, a in enumerate(first.tolist()):
         for b, value in zip(second.tolist(), speed[i].tolist(), strict=True):
             writer.writerow((repr(a), repr(b), repr(value)))
-    target = Path(path)
-    if not target.name:
-        raise WindFieldError(f"path: got '{target}'; must name a file")
-    temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex}.tmp")
-    try:
-        try:
-            with temporary.open("x", encoding="utf-8", newline="") as stream:
-                stream.write(text.getvalue())
-            temporary.replace(target)
-        finally:
-            temporary.unlink(missing_ok=True)
-    except OSError as error:
-        raise WindFieldError(
-            f"{target}: cannot be written ({error.strerror}); choose a file in a folder that "
-            "exists and may be written to"
-        ) from error
+    write_whole(Path(path), lambda stream: stream.write(text.getvalue().encode("utf-8")))
 
 
 def _text(path: Path, name: str) -> str:

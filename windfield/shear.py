@@ -6,6 +6,7 @@ Each law is a factor g with g(H) = 1 at hub height H, so that v(z) = v(H) g(z):
     LogLaw       g = ln(z / z0) / ln(H / z0)
     CubicShear   g = 1 + xi s + xi (xi - 1) / 2 s^2 + xi (xi - 1) (xi - 2) / 6 s^3,
                  s = (z - H) / H, the third-order Taylor series of the power law about the hub
+    TableShear   g = v(z) / v(H), v linear between the heights of a table, constant outside
 
 Heights z are above ground [m], not hub-centred.
 
@@ -23,10 +24,17 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from windfield._checks import FloatArray, as_array, as_number
+from windfield._checks import (
+    FloatArray,
+    ValueSemantics,
+    as_array,
+    as_number,
+    increasing,
+    read_only,
+)
 from windfield.errors import WindFieldError
 
-__all__ = ["CubicShear", "LogLaw", "PowerLaw", "VerticalShear"]
+__all__ = ["CubicShear", "LogLaw", "PowerLaw", "TableShear", "VerticalShear"]
 
 
 @runtime_checkable
@@ -141,3 +149,55 @@ class CubicShear:
         s = heights / hub - 1.0
         third = xi * (xi - 1.0) * (xi - 2.0) / 6.0
         return np.asarray(1.0 + s * (xi + s * (xi * (xi - 1.0) / 2.0 + s * third)))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TableShear(ValueSemantics):
+    """Table of speeds over height, of which only the ratios matter.
+
+    Parameters
+    ----------
+    height : (K,) array
+        Above ground [m], >= 0, strictly increasing, at least two.
+    speed : (K,) array
+        [m/s], >= 0; positive at any hub height that is asked for.
+
+    Raises
+    ------
+    WindFieldError
+        If a value is out of range or not finite, or shapes disagree.
+    """
+
+    height: FloatArray
+    speed: FloatArray
+
+    def __post_init__(self) -> None:
+        height, speed = read_only("height", self.height), read_only("speed", self.speed)
+        if height.shape != speed.shape or height.size < 2:
+            raise WindFieldError(
+                f"height, speed: got shapes {height.shape} and {speed.shape}; must be equal, with "
+                "at least 2 entries"
+            )
+        increasing("height", height)
+        if height[0] < 0.0 or speed.min() < 0.0:
+            raise WindFieldError(
+                f"height, speed: got {height[0]:g} m and {speed.min():g} m/s; must be >= 0"
+            )
+        object.__setattr__(self, "height", height)
+        object.__setattr__(self, "speed", speed)
+
+    def factor(self, height: ArrayLike, hub_height: float) -> FloatArray:
+        """Speed ratio v(height) / v(hub_height) [-], of the shape of `height`.
+
+        Raises
+        ------
+        WindFieldError
+            For a height below ground, or a hub height at which the table has no wind.
+        """
+        heights, hub = _heights(height, hub_height)
+        at_hub = float(np.interp(hub, self.height, self.speed))
+        if at_hub <= 0.0:
+            raise WindFieldError(
+                f"hub_height: got {hub:g} m, where the table has a speed of 0; must be positive"
+            )
+        return np.asarray(np.interp(heights, self.height, self.speed) / at_hub)

@@ -110,7 +110,8 @@ class TurbineController:
                         f"{name}: scheduled over the wind speed without an estimator, expected "
                         "a WindEstimator as estimator"
                     )
-        self.parameters(1.0)
+        if isinstance(self.pitch, PitchRegulator):
+            self.pitch.parameters(self.pitch_range)
 
     @property
     def memory_size(self) -> int:
@@ -124,7 +125,7 @@ class TurbineController:
         if isinstance(self.pitch, PitchRegulator):
             pitch = self.pitch.parameters(self.pitch_range)
         else:
-            linear_quadratic = self.pitch.parameters()
+            linear_quadratic = self.pitch.parameters(step)
         return ControlParameters(
             step=step,
             keep=math.exp(-self.speed_corner * step),

@@ -4,7 +4,8 @@
 In the order of the baseline controller of NREL/TP-500-38060:
 
 1. the generator speed passes a first-order low pass, the wind speed is estimated;
-2. torque from the filtered speed and the last collective command, within its rate;
+2. torque from the filtered speed and how far the last collective command is above the lowest
+   pitch, within its rate;
 3. collective pitch: the integral of the speed error is kept where it alone asks for no more than
    the range of pitch (anti-windup), proportional and integral parts are scheduled with the last
    collective command, then range and rate;
@@ -66,7 +67,7 @@ _compiled = nb.njit(cache=True, nogil=True, error_model="numpy")
 
 @_compiled
 def static_torque(p, speed, pitch):  # type: ignore[no-untyped-def]
-    """Torque of the law `TorqueParameters` at a speed and a collective pitch, without its rate."""
+    """Torque of `TorqueParameters` at a speed and a pitch above the lowest, without its rate."""
     if speed >= p.region3 or pitch >= p.region3_pitch:
         torque = p.power / speed if p.constant_power and speed > 0.0 else p.rated
     elif speed <= p.cut_in:
@@ -132,6 +133,17 @@ def _linear_quadratic(p, memory, measured):  # type: ignore[no-untyped-def]
 def _beyond(wanted, low, high, push):  # type: ignore[no-untyped-def]
     """Whether a command is outside its range, or on its end, and pushed further out."""
     return (wanted <= low and push <= 0.0) or (wanted >= high and push >= 0.0)
+
+
+@_compiled
+def _largest_integral(p, to_pitch, to_torque):  # type: ignore[no-untyped-def]
+    """Integral that alone takes both commands across their ranges."""
+    bound = 0.0
+    if to_pitch != 0.0:
+        bound = (p.range.highest - p.range.lowest) / abs(to_pitch)
+    if to_torque != 0.0:
+        bound = max(bound, p.torque.largest / abs(to_torque))
+    return bound
 
 
 @_compiled
@@ -221,11 +233,12 @@ def update(p, memory, measured, command):  # type: ignore[no-untyped-def]
             _beyond(pitch, lowest, highest, to_pitch * error)
             and _beyond(torque, 0.0, p.torque.largest, to_torque * error)
         ):
-            memory[INTEGRAL] += error * p.step
+            bound = _largest_integral(p, to_pitch, to_torque)
+            memory[INTEGRAL] = clip(memory[INTEGRAL] + error * p.step, -bound, bound)
         pitch = clip(pitch, lowest, highest)
         torque = clip(torque, 0.0, p.torque.largest)
     else:
-        torque = static_torque(p.torque, memory[FILTERED_SPEED], memory[COLLECTIVE])
+        torque = static_torque(p.torque, memory[FILTERED_SPEED], memory[COLLECTIVE] - lowest)
         pitch = _proportional_integral(p.pitch, p.step, memory, lowest, highest)
 
     change = p.torque.rate * p.step

@@ -10,8 +10,10 @@ u = (pitch, generator torque / rated torque),
     dz/dt         = omega
 
 where T_x and F_x are the derivatives of rotor torque and thrust, and a tower top that moves
-downwind takes wind off the rotor.  The gain u = -K x minimises the integral of x'Qx + u'Ru:
-K = R^-1 B'S with A'S + SA - S B R^-1 B'S + Q = 0.  The weights follow equation (13) of the paper,
+downwind takes wind off the rotor.  An actuator whose time constant is zero is no state: its input
+stands where its state stood, and the state's weight goes to the input.  The gain u = -K x
+minimises the integral of x'Qx + u'Ru: K = R^-1 B'S with A'S + SA - S B R^-1 B'S + Q = 0.  The
+weights follow equation (13) of the paper,
 
     Q = diag(1/delta_f^2, 0, c, 1/beta_max^2, 0, q),      R = diag(r, 0.1),
     q = min(0.1, 0.015 (V - 3) + 0.01),    r = min(1, max(0.1, 1 - 0.18 (V - 9))),
@@ -26,12 +28,13 @@ In operation the rotor speed, the tower top, pitch and torque are measured, the 
 operating point are interpolated over the estimated wind speed, commands keep range and rate, and
 the integral stands still while both commands are out of range and it would push both further.
 
-Source: J. Iori, C. Bottasso, M. McWilliam, control co-design of wind turbine towers, 2024,
-section 3.2.
+Source: J. Iori, C. Bottasso, M. McWilliam, "A sensitivity-based estimation method for
+investigating control co-design relevance", 2024, section 3.2.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,7 +81,8 @@ class OperatingDerivatives:
     tower_mass, tower_stiffness, tower_damping : float
         Of the first fore-aft mode, per tower-top displacement [kg], [N/m], [N s/m].
     pitch_time, torque_time : float
-        Time constants of pitch actuator and generator [s].
+        Time constants of pitch actuator and generator [s], those of the turbine that is steered;
+        0 for one that follows at once.
 
     Raises
     ------
@@ -114,24 +118,24 @@ class OperatingDerivatives:
             object.__setattr__(self, name, array)
         if float(np.max(self.generator_torque)) <= 0.0:
             raise InputError("generator_torque: got none above 0 N m, expected a rated torque")
-        for name in (
-            "inertia",
-            "gear_ratio",
-            "tower_mass",
-            "tower_stiffness",
-            "pitch_time",
-            "torque_time",
-        ):
+        for name in ("inertia", "gear_ratio", "tower_mass", "tower_stiffness"):
             finite_number(name, getattr(self, name), above=0.0)
-        finite_number("tower_damping", self.tower_damping, at_least=0.0)
+        for name in ("tower_damping", "pitch_time", "torque_time"):
+            finite_number(name, getattr(self, name), at_least=0.0)
 
     @property
     def rated_torque(self) -> float:
         """Largest generator torque of the points [N m]."""
         return float(np.max(self.generator_torque))
 
+    @property
+    def states(self) -> list[int]:
+        """Which of the six states there are; an actuator that follows at once has none."""
+        lags = {3: self.pitch_time, 4: self.torque_time}
+        return [state for state in range(6) if lags.get(state, 1.0) > 0.0]
+
     def linear_model(self, point: int) -> tuple[FloatArray, FloatArray]:
-        """A (6, 6) and B (6, 2) of dx/dt = A x + B u at a point."""
+        """A (n, n) and B (n, 2) of dx/dt = A x + B u at a point, n the number of `states`."""
         j, m = self.inertia, self.tower_mass
         a, b = np.zeros((6, 6)), np.zeros((6, 2))
         a[0, 0] = self.torque_by_speed[point] / j
@@ -143,10 +147,21 @@ class OperatingDerivatives:
         a[2, 1] = -self.tower_stiffness / m
         a[2, 2] = -(self.tower_damping + self.thrust_by_wind[point]) / m
         a[2, 3] = self.thrust_by_pitch[point] / m
-        a[3, 3], b[3, 0] = -1.0 / self.pitch_time, 1.0 / self.pitch_time
-        a[4, 4], b[4, 1] = -1.0 / self.torque_time, 1.0 / self.torque_time
         a[5, 0] = 1.0
-        return a, b
+        for k, lag in enumerate((self.pitch_time, self.torque_time)):
+            if lag > 0.0:
+                a[3 + k, 3 + k], b[3 + k, k] = -1.0 / lag, 1.0 / lag
+            else:
+                b[:, k] = a[:, 3 + k]
+        return a[np.ix_(self.states, self.states)], b[self.states]
+
+    def weights(self, point: int, weights: QuadraticWeights) -> tuple[FloatArray, FloatArray]:
+        """Q (n, n) and R (2, 2) at a point for its `states`."""
+        q, r = weights.matrices(float(self.wind_speed[point]))
+        for k, lag in enumerate((self.pitch_time, self.torque_time)):
+            if lag == 0.0:
+                r[k, k] += q[3 + k, 3 + k]
+        return q[np.ix_(self.states, self.states)], r
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -213,6 +228,8 @@ class LinearQuadratic:
         Rotor speed [rad/s], tower-top displacement [m], pitch [rad] and generator torque [N m].
     rated_torque : float
         [N m].
+    pitch_time, torque_time : float
+        Time constants of the actuators that the gains are for [s].
 
     Raises
     ------
@@ -224,6 +241,8 @@ class LinearQuadratic:
     gains: FloatArray
     reference: FloatArray
     rated_torque: float
+    pitch_time: float
+    torque_time: float
 
     def __post_init__(self) -> None:
         wind = finite_array("wind_speed", self.wind_speed)
@@ -235,6 +254,8 @@ class LinearQuadratic:
         reference = finite_array("reference", self.reference, shape=(wind.size, 4))
         object.__setattr__(self, "reference", reference)
         finite_number("rated_torque", self.rated_torque, above=0.0)
+        finite_number("pitch_time", self.pitch_time, at_least=0.0)
+        finite_number("torque_time", self.torque_time, at_least=0.0)
 
     @classmethod
     def designed(cls, points: OperatingDerivatives, weights: QuadraticWeights) -> LinearQuadratic:
@@ -247,10 +268,10 @@ class LinearQuadratic:
         """
         from scipy.linalg import LinAlgError, solve_continuous_are
 
-        gains = np.empty((points.wind_speed.size, 2, 6))
+        gains = np.zeros((points.wind_speed.size, 2, 6))
         for point, wind in enumerate(points.wind_speed):
             a, b = points.linear_model(point)
-            q, r = weights.matrices(float(wind))
+            q, r = points.weights(point, weights)
             try:
                 riccati = solve_continuous_are(a, b, q, r)
             except LinAlgError as error:
@@ -258,7 +279,7 @@ class LinearQuadratic:
                     f"the Riccati equation at {wind} m/s has no stabilising solution; check that "
                     "pitch or torque moves the rotor there"
                 ) from error
-            gains[point] = np.linalg.solve(r, b.T @ riccati)
+            gains[point][:, points.states] = np.linalg.solve(r, b.T @ riccati)
         columns = (
             points.rotor_speed,
             points.tower_displacement,
@@ -270,10 +291,32 @@ class LinearQuadratic:
             gains=gains,
             reference=np.stack(columns, axis=1),
             rated_torque=points.rated_torque,
+            pitch_time=points.pitch_time,
+            torque_time=points.torque_time,
         )
 
-    def parameters(self) -> LinearQuadraticParameters:
-        """Numbers for the compiled regulator."""
+    def parameters(self, step: float) -> LinearQuadraticParameters:
+        """Numbers for the compiled regulator, called every `step` seconds.
+
+        Raises
+        ------
+        InputError
+            If the step is too long for the feedback of an actuator's own state.
+        """
+        for k, (name, lag) in enumerate(
+            (("pitch_time", self.pitch_time), ("torque_time", self.torque_time))
+        ):
+            if lag == 0.0:
+                continue
+            # sampled, the actuator's own loop turns by 1 - (1 - exp(-step/lag)) (1 + K) a step
+            fastest = 1.0 + float(np.max(self.gains[:, k, 3 + k]))
+            if -math.expm1(-step / lag) * fastest > 1.0:
+                longest = -lag * math.log1p(-1.0 / fastest)
+                raise InputError(
+                    f"step: got {step} s, expected at most {longest:.3g} s for a regulator "
+                    f"designed for a {name} of {lag} s; use a shorter step, or 0 for an actuator "
+                    "that follows at once"
+                )
         return LinearQuadraticParameters(
             on=1,
             wind=table(self.wind_speed),

@@ -44,6 +44,8 @@ from pitchopt.errors import InputError
 
 __all__ = ["PitchRange", "PitchRegulator", "fit_sensitivity"]
 
+_LEAST_SHARE = 0.2  # of the sensitivity at the lowest operating pitch that is left at zero pitch
+
 
 @dataclass(frozen=True, kw_only=True)
 class PitchRange:
@@ -117,7 +119,15 @@ def fit_sensitivity(
     Raises
     ------
     InputError
-        If there are too few points, or the fit is not negative at every point and at zero pitch.
+        If there are too few points, the fit is not negative at every point and at zero pitch, or
+        it has at zero pitch less than a fifth of what it has at the lowest pitch.
+
+    Notes
+    -----
+    The report differentiates with the induced velocities held (frozen wake), which is what a
+    rotor does within the seconds of the regulator.  With the wake in equilibrium the sensitivity
+    tends to nothing towards the pitch of largest power, and a straight line through such
+    values gives gains at low pitch that are many times too large.
     """
     if degree not in (1, 2):
         raise InputError(f"degree: got {degree!r}, expected 1 or 2")
@@ -131,12 +141,19 @@ def fit_sensitivity(
     fit = np.polynomial.Polynomial.fit(pitch, sensitivity, degree)
     coefficients = np.zeros(3)
     coefficients[: degree + 1] = fit.convert().coef
-    if max(coefficients[0], float(np.max(fit(pitch)))) >= 0.0:
+    at_zero, at_first = float(coefficients[0]), float(fit(np.min(pitch)))
+    if max(at_zero, float(np.max(fit(pitch)))) >= 0.0:
         raise InputError(
             "sensitivity: its fit over pitch is not negative throughout, so that more pitch does "
             "not mean less power; expected operating points above rated wind speed"
         )
-    at_zero = float(coefficients[0])
+    if at_zero > _LEAST_SHARE * at_first:
+        raise InputError(
+            f"sensitivity: its fit goes from {at_first:.3g} W/rad at the lowest pitch to "
+            f"{at_zero:.3g} W/rad at zero pitch, and the gains there would be "
+            f"{at_first / at_zero:.3g} times as large; expected sensitivities with the wake held, "
+            "or degree 2"
+        )
     return at_zero, float(coefficients[1]) / at_zero, float(coefficients[2]) / at_zero
 
 

@@ -6,12 +6,16 @@ With omega on the high-speed side and all torques there,
     region 1.5    up to region 2             slope_15 (omega - cut_in)
     region 2      up to the transition       k omega^2
     region 2.5    up to region 3             slope_25 (omega - synchronous)
-    region 3      above, or pitch >= 1 deg   P / omega (constant power) or P / rated speed
+    region 3      above, or with pitch       P / omega (constant power) or P / rated speed
 
 where slope_15 makes region 1.5 end on k omega^2, and slope_25 is that of an induction generator
 whose rated slip s reaches the rated torque at the rated speed:
 
     synchronous = rated / (1 + s),       slope_25 = (P / rated) / (rated - synchronous).
+
+"With pitch" means a collective command of one degree above the lowest pitch; the report says one
+degree, with a lowest pitch of zero, and where a table raises the lowest pitch in partial load
+that must not bring constant power.
 
 The transition is where region 2.5 meets k omega^2; if it meets it only above the rated speed, or
 nowhere, because k is large, or if there is no region 2.5, then region 2 ends where k omega^2
@@ -59,7 +63,8 @@ class TorqueLaw:
     constant_power : bool, optional
         Region 3 with constant power, otherwise with constant torque.
     region3_pitch : float, optional
-        Collective pitch from which on region 3 holds at any speed [rad]; infinite for never.
+        Collective pitch above the lowest one from which on region 3 holds at any speed [rad];
+        infinite for never.
 
     Raises
     ------
@@ -181,7 +186,7 @@ class TorqueLaw:
         )
 
     def torque(self, speed: float, pitch: float = 0.0) -> float:
-        """Torque [N m] at a filtered generator speed [rad/s] and collective pitch [rad].
+        """Torque [N m] at a filtered generator speed [rad/s] and a pitch above the lowest [rad].
 
         The static law, without the limit of the rate.
         """

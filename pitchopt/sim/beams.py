@@ -155,7 +155,7 @@ class Beam:
         """Deflection or derivative at the Gauss points, (E, P, 2), of nodal unknowns (4 S,)."""
         nodes = unknowns.reshape(self.station.size, 2, 2)
         local = np.concatenate([nodes[:-1], nodes[1:]], axis=2)  # (E, 2, 4)
-        return np.einsum("epa,eia->epi", self._basis[order], local)
+        return np.asarray(np.einsum("epa,eia->epi", self._basis[order], local))
 
     def at(self, unknowns: FloatArray, where: FloatArray, order: int) -> FloatArray:
         """Deflection or derivative (W, 2) at positions `where` (W,) [m]."""

@@ -1,17 +1,24 @@
-"""One run of the dynamic turbine: start, march, result."""
+"""A run in progress: state, scratch and model of the compiled time loop.
+
+`TurbineRun` is what `simulate` marches and what a caller steps by hand, command by command.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from pitchopt.checks import FloatArray
 from pitchopt.control.signals import COMMANDS, MEASURED
+from pitchopt.errors import ComputationError, InputError
 from pitchopt.sim.turbine import DynamicTurbine
 from pitchopt.sim.wind import Wind, wind_tables
 
 __all__ = ["TurbineRun"]
+
+_OVERSPEED = 2.0  # times rated: no controller holds the rotor any more
 
 
 class TurbineRun:
@@ -44,12 +51,11 @@ class TurbineRun:
         from pitchopt.sim.kernels_march import Model, begin
 
         self.dynamic = dynamic
-        low, high, _, _ = dynamic.reach
         turbine, tower = dynamic.turbine, dynamic.tower
         assert dynamic.actuator is not None and dynamic.generator_lag is not None
         self.model = Model(
             rotor=dynamic.rotor_tables,
-            wind=wind_tables(wind, low=low, high=high),
+            wind=wind_tables(wind, dynamic.reach),
             body=dynamic.body_tables,
             actuator=dynamic.actuator.parameters(dynamic.step),
             torque_keep=dynamic.generator_lag.keep(dynamic.step),
@@ -65,17 +71,88 @@ class TurbineRun:
             tower_weight_moment=tower.weight_moment,
             tower_mass_above=tower.mass_above,
             tip_shape=dynamic.blade.tip_shape,
-            fastest=4.0 * turbine.rated_rotor_speed,
+            fastest=_OVERSPEED * turbine.rated_rotor_speed,
             largest=0.5 * turbine.rotor.radius,
         )
         self.state = _state(dynamic, rotor_speed, pitch, torque, azimuth)
         self.work = _work(dynamic)
-        begin(self.model, self.state, self.work)
+        if not begin(self.model, self.state, self.work):
+            raise ComputationError(
+                f"turbine {turbine.name!r}: the equations of motion are singular at the start"
+            )
 
     @property
     def time(self) -> float:
         """Now [s]."""
         return float(self.state.count[0] * self.model.step)
+
+    def measured(self) -> FloatArray:
+        """What a controller sees now (MEASURED,), see `pitchopt.control.signals`."""
+        from pitchopt.sim.kernels_march import measure
+
+        measure(self.model, self.state, self.work, self.work.measured)
+        return np.array(self.work.measured, dtype=np.float64)
+
+    def outputs(self) -> FloatArray:
+        """All channels now (C,), SI units, in the order of `DynamicTurbine.channels`."""
+        from pitchopt.sim.kernels_march import output
+
+        out = np.zeros(len(self.dynamic.channels))
+        output(self.model, self.state, self.work, out)
+        return out
+
+    def advance(self, command: FloatArray) -> bool:
+        """One step under a command (COMMANDS,); False if the run has diverged in it.
+
+        Raises
+        ------
+        InputError
+            If the command has another shape or its torque is not finite.
+        """
+        from pitchopt.sim.kernels_march import RUNNING, advance
+
+        vector = np.asarray(command, dtype=np.float64)
+        if vector.shape != (COMMANDS,):
+            raise InputError(f"command: got shape {vector.shape}, expected ({COMMANDS},)")
+        if not np.all(np.isfinite(vector)):
+            raise InputError(
+                f"command: got {vector.tolist()} at {self.time:g} s, expected finite numbers"
+            )
+        return bool(advance(self.model, self.state, self.work, vector) == RUNNING)
+
+    def snapshot(self) -> dict[str, FloatArray]:
+        """Copy of all that `restore` needs to go on from here to the last bit."""
+        return {name: array.copy() for name, array in _arrays(self.state, self.work)}
+
+    def restore(self, snapshot: Mapping[str, FloatArray]) -> None:
+        """Go back to a snapshot of a run of the same turbine in the same wind.
+
+        Raises
+        ------
+        InputError
+            If an array is missing or has another shape.
+        """
+        for name, array in _arrays(self.state, self.work):
+            if name not in snapshot or snapshot[name].shape != array.shape:
+                raise InputError(
+                    f"snapshot: array {name!r} is missing or of another shape than "
+                    f"{array.shape}; it belongs to another turbine"
+                )
+            array[...] = snapshot[name]
+
+
+def _arrays(state: Any, work: Any) -> Iterator[tuple[str, Any]]:
+    """State of the loop by name, the loads of the last step included."""
+    for name, value in state._asdict().items():
+        if name == "inflow":
+            yield from ((f"inflow.{key}", array) for key, array in value._asdict().items())
+        else:
+            yield name, value
+    for name in ("root", "hub", "top"):
+        yield f"loads.{name}", getattr(work, name)
+    for name in ("force", "moment", "disc_wind", "axes", "frame"):
+        yield f"rotor.{name}", getattr(work.rotor, name)
+    yield "motion.turn", work.motion.turn
 
 
 def _state(

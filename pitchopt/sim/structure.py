@@ -17,7 +17,7 @@ motion need of them are integrals over the mass m(z),
 The last two times the axial acceleration of the blade are its geometric stiffness.  The tower
 bends by phi(h) with phi = 1 at its top, fore-aft and side-side, in eigenmodes of the clamped
 beam with nacelle and rotor on top and under their weight.  Damping is proportional to stiffness
-and gives each mode its ratio.
+and gives each mode of the blade at rest, and of the tower without its head, its ratio.
 
 The reduction (constrained modes with geometric stiffness) is the usual one of modal aeroelastic
 codes; T. Burton et al., Wind Energy Handbook, section 5.8.
@@ -28,8 +28,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from pitchopt.checks import FloatArray, finite_number
+from pitchopt.checks import FloatArray, finite_array, finite_number
 from pitchopt.errors import InputError
 from pitchopt.sim.beams import Beam
 from pitchopt.turbines import Turbine
@@ -105,7 +106,7 @@ class TowerModel:
     slope : ndarray (2,)
         dphi/dh at the top [1/m].
     mass, stiffness, damping : ndarray (2,)
-        Of the tower alone [kg, N/m, N s/m]; damping from the frequency with the head on top.
+        Of the tower alone [kg, N/m, N s/m].
     weight_top, weight_own : ndarray (2,)
         int phi'^2 dh and int (int_h mu) phi'^2 dh: times gravity and, the former, the head's
         mass, the stiffness lost to weight [1/m, kg/m].
@@ -189,7 +190,7 @@ def blade_model(
     in_plane[1, 1] = 1.0
     softening = beam.assemble(beam.mass[..., None, None] * in_plane, 0)
     _, all_shapes = beam.modes(inertia, elastic + speed**2 * (geometric - softening), _MODES)
-    shapes = _flap_and_edge(beam, all_shapes)
+    shapes = _flap_and_edge(all_shapes)
     modal_stiffness = shapes @ elastic @ shapes.T
     modal_mass = shapes @ inertia @ shapes.T
     # natural frequencies of the two modes at rest
@@ -226,7 +227,7 @@ def blade_model(
     )
 
 
-def _flap_and_edge(beam: Beam, shapes: FloatArray) -> FloatArray:
+def _flap_and_edge(shapes: FloatArray) -> FloatArray:
     """First mode that moves the tip mostly out of plane and first mostly in plane, (2, 4 S)."""
     tips = np.abs(shapes.reshape(shapes.shape[0], -1, 2, 2)[:, -1, :, 0])
     out_of_plane = np.flatnonzero(tips[:, 0] >= tips[:, 1])
@@ -291,6 +292,7 @@ def tower_model(
     *,
     damping_ratio: float | None = None,
     sections: int = 10,
+    polynomials: ArrayLike | None = None,
 ) -> TowerModel:
     """Reduce a turbine's tower.
 
@@ -300,9 +302,13 @@ def tower_model(
     blade : BladeModel
         For the rotor's mass and inertia on the tower's top.
     damping_ratio : float, optional
-        Of both modes with the head on top; the turbine's own if absent, 1 % if it has none.
+        Of both modes of the tower alone, without the head, as NREL/TP-500-38060 and ElastoDyn
+        define it; the turbine's own if absent, 1 % if it has none.
     sections : int
         Number of equal parts between base and top at whose ends section loads are given.
+    polynomials : array_like (2, 5), optional
+        Coefficients of the powers 2 to 6 of the relative height that give the fore-aft and the
+        side-side shape, as ElastoDyn's input has them, in place of the eigenmodes.
 
     Raises
     ------
@@ -340,7 +346,7 @@ def tower_model(
         key: np.empty(2) for key in ("mass", "stiffness", "damping", "weight_top", "weight_own")
     }
     sections_of = {
-        key: np.empty((2, heights.size))
+        key: np.zeros((2, heights.size))
         for key in ("inertia_force", "inertia_moment", "weight_moment")
     }
     dm = beam.weights * beam.mass
@@ -348,33 +354,32 @@ def tower_model(
     mu_fine = np.interp(fine, station, mu)
     for d in range(2):
         keep = np.arange(4 * station.size) % 4 // 2 == d
-        values, vectors = beam.modes(
-            np.where(np.outer(keep, keep), inertia, np.diag(~keep * 1.0)),
-            np.where(np.outer(keep, keep), stiff, np.diag(~keep * 1e12)),
-            1,
-        )
-        shape = vectors[0]
-        frequency[d] = values[0]
+        if polynomials is None:
+            values, vectors = beam.modes(
+                np.where(np.outer(keep, keep), inertia, np.diag(~keep * 1.0)),
+                np.where(np.outer(keep, keep), stiff, np.diag(~keep * 1e12)),
+                1,
+            )
+            frequency[d], shape = values[0], vectors[0]
+        else:
+            shape = _polynomial_shape(station / length, length, polynomials, d)
+            frequency[d] = np.sqrt((shape @ stiff @ shape) / (shape @ inertia @ shape))
         shape = shape / shape[top + 2 * d]
         slopes[d] = shape[top + 2 * d + 1]
         phi = beam.sample(shape, 0)[..., d]
         dphi = beam.sample(shape, 1)[..., d]
         integrals["mass"][d] = (dm * phi**2).sum()
         integrals["stiffness"][d] = shape @ elastic @ shape
-        modal = float(shape @ inertia @ shape)
-        integrals["damping"][d] = 2.0 * ratio * frequency[d] * modal
+        integrals["damping"][d] = (
+            2.0 * ratio * np.sqrt(integrals["stiffness"][d] * integrals["mass"][d])
+        )
         integrals["weight_top"][d] = (beam.weights * dphi**2).sum()
         integrals["weight_own"][d] = (beam.weights * above * dphi**2).sum()
         shapes[d] = beam.at(shape, heights, 0)[:, d]
         phi_fine = beam.at(shape, fine, 0)[:, d]
-        for h, low in enumerate(heights):
+        for h, low in enumerate(heights[:-1]):
             up = fine >= low - 1e-9
             s, m, p = fine[up], mu_fine[up], phi_fine[up]
-            if s.size < 2:
-                sections_of["inertia_force"][d, h] = 0.0
-                sections_of["inertia_moment"][d, h] = 0.0
-                sections_of["weight_moment"][d, h] = 0.0
-                continue
             sections_of["inertia_force"][d, h] = np.trapezoid(m * p, s)
             sections_of["inertia_moment"][d, h] = np.trapezoid(m * (s - low) * p, s)
             sections_of["weight_moment"][d, h] = np.trapezoid(m * (p - shapes[d, h]), s)
@@ -390,6 +395,20 @@ def tower_model(
         **integrals,
         **sections_of,
     )
+
+
+def _polynomial_shape(
+    share: FloatArray, length: float, polynomials: ArrayLike, direction: int
+) -> FloatArray:
+    """Unknowns (4 S,) of a beam that follows a polynomial of the relative height `share` (S,)."""
+    rows = finite_array("polynomials", polynomials, shape=(2, 5))
+    polynomial = np.polynomial.Polynomial([0.0, 0.0, *rows[direction]])
+    if abs(polynomial(1.0)) < 1e-6:
+        raise InputError("polynomials: got a shape that is zero at the tower top")
+    nodes = np.zeros((share.size, 2, 2))
+    nodes[:, direction, 0] = polynomial(share)
+    nodes[:, direction, 1] = polynomial.deriv()(share) / length
+    return nodes.ravel()
 
 
 def _refined(station: FloatArray, count: int) -> FloatArray:
@@ -424,16 +443,14 @@ def _head(turbine: Turbine, blade: BladeModel) -> tuple[float, list[FloatArray]]
     )
     mass = rotor_mass + nacelle.mass + nacelle.yaw_bearing_mass
     lever = rotor_mass * centre[2] + nacelle.mass * body[2]
+    # second moments about the lateral axis through the tower top: blades about the apex, apex
+    # about the top, and the product of both for blades that lean out of the rotor plane
+    distance = float(apex[0] ** 2 + apex[2] ** 2)
+    along_shaft = float(apex[0] * np.cos(rotor.tilt) - apex[2] * np.sin(rotor.tilt))
     fore_aft = (
-        rotor.blades * 0.0
-        + diametral
-        + hub.mass * float(apex @ apex - apex[1] ** 2)
-        + rotor.blades * blade.mass * float(apex @ apex - apex[1] ** 2)
-        + 2.0
-        * rotor.blades
-        * -blade.first
-        * float(np.sin(cone))
-        * float(apex[0] * np.cos(rotor.tilt) - apex[2] * np.sin(rotor.tilt))
+        diametral
+        + rotor_mass * distance
+        - 2.0 * rotor.blades * blade.first * float(np.sin(cone)) * along_shaft
         + nacelle.mass * float(body[0] ** 2 + body[2] ** 2)
     )
     side_side = rotor_mass * float(centre[2]) ** 2 + nacelle.mass * float(

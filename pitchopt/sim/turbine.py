@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pitchopt.aero.flow import loss_constants
 from pitchopt.aero.rotor import hub_axes
@@ -17,6 +18,7 @@ from pitchopt.control.actuator import GeneratorLag, PitchActuator
 from pitchopt.errors import InputError
 from pitchopt.sim.channels import Channel, channel_list
 from pitchopt.sim.structure import GRAVITY, BladeModel, TowerModel, blade_model, tower_model
+from pitchopt.sim.wind import Reach
 from pitchopt.turbines import Turbine
 
 __all__ = ["FREEDOMS", "DynamicTurbine"]
@@ -60,6 +62,8 @@ class DynamicTurbine:
         Rotor speed at which the blade's mode shapes are taken [rad/s], rated if absent.
     tower_sections : int
         Equal parts of the tower at whose ends section loads are given.
+    tower_polynomials : array_like (2, 5), optional
+        Mode shapes of the tower in place of its eigenmodes, see `tower_model`.
     gravity : bool
 
     Raises
@@ -75,11 +79,12 @@ class DynamicTurbine:
     actuator: PitchActuator | None = None
     generator_lag: GeneratorLag | None = None
     yaw: float = 0.0
-    step: float = 0.02
+    step: float = 0.025
     blade_damping: float | None = None
     tower_damping: float | None = None
     mode_speed: float | None = None
     tower_sections: int = 10
+    tower_polynomials: ArrayLike | None = None
     gravity: bool = True
 
     def __post_init__(self) -> None:
@@ -137,6 +142,7 @@ class DynamicTurbine:
             self.blade,
             damping_ratio=self.tower_damping,
             sections=self.tower_sections,
+            polynomials=self.tower_polynomials,
         )
 
     @property
@@ -163,15 +169,18 @@ class DynamicTurbine:
         return channel_list(self.blades, self.tower_sections - 1)
 
     @cached_property
-    def reach(self) -> tuple[float, float, float, float]:
-        """Least and largest height, half width and distance upwind that blades reach [m].
-
-        A tenth of the radius is added for deflections.
-        """
+    def reach(self) -> Reach:
+        """Where blades go, deflected by up to a tenth of the radius."""
         rotor = self.turbine.rotor
-        spare = 1.02 * rotor.radius
-        back = rotor.overhang + 0.25 * rotor.radius
-        return rotor.hub_height - spare, rotor.hub_height + spare, spare, back
+        radius = rotor.radius
+        lean = math.sin(abs(rotor.tilt)) + math.sin(abs(self.yaw)) + 0.1
+        return Reach(
+            low=rotor.hub_height - 1.02 * radius,
+            high=rotor.hub_height + 1.02 * radius,
+            half_width=1.02 * radius,
+            upwind=rotor.overhang + radius * (lean + math.sin(abs(rotor.cone))),
+            downwind=max(radius * lean - rotor.overhang, 0.0),
+        )
 
     @cached_property
     def rotor_tables(self) -> Any:

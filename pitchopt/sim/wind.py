@@ -8,16 +8,39 @@ of the wind speed at any height a blade reaches.
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pitchopt.checks import FloatArray
 from pitchopt.errors import InputError
 from pitchopt.sim.kernels_wind import CARTESIAN, NO_BOX, POLAR, WindTables
-from windfield import StaticField, TransientField, TurbulentField
+from pitchopt.turbines import Turbine
+from windfield import StaticField, TransientField, TurbulentField, WindFieldError
 from windfield.boxes import PolarBox, TurbulenceBox
 
-__all__ = ["Wind", "hub_speed_range", "wind_tables"]
+__all__ = ["Reach", "Wind", "check_wind", "hub_speed_range", "wind_tables"]
+
+
+class Reach(NamedTuple):
+    """Where the blades of a turbine go.
+
+    Attributes
+    ----------
+    low, high : float
+        Least and largest height [m].
+    half_width : float
+        To either side [m].
+    upwind, downwind : float
+        From the tower axis, not negative [m].
+    """
+
+    low: float
+    high: float
+    half_width: float
+    upwind: float
+    downwind: float
+
 
 Wind = StaticField | TransientField | TurbulentField
 
@@ -33,8 +56,67 @@ def hub_speed_range(wind: Wind) -> tuple[float, float]:
     return speed, speed
 
 
-def wind_tables(wind: Wind, *, low: float, high: float) -> WindTables:
-    """Tables of a wind field for heights from `low` to `high` [m].
+def check_wind(
+    turbine: Turbine,
+    reach: Reach,
+    wind: Wind,
+    duration: float,
+    *,
+    any_wind: bool = False,
+    repeat: bool = False,
+) -> None:
+    """Refuse a wind that the turbine cannot run in for `duration` [s].
+
+    Parameters
+    ----------
+    reach : Reach
+    any_wind : bool
+        Allow mean winds below cut-in and above cut-out.
+    repeat : bool
+        Allow a periodic box shorter than the run.
+
+    Raises
+    ------
+    InputError
+        Saying what is wrong and what the limit is.
+    """
+    if not isinstance(wind, StaticField | TransientField | TurbulentField):
+        raise _foreign(wind)
+    slowest, fastest = hub_speed_range(wind)
+    low, high = turbine.cut_in_wind_speed, turbine.cut_out_wind_speed
+    for limit, name, speed, outside in (
+        (low, "cut-in", slowest, low is not None and slowest < low - 1e-9),
+        (high, "cut-out", fastest, high is not None and fastest > high + 1e-9),
+    ):
+        if outside and not any_wind:
+            raise InputError(
+                f"wind: got a mean speed of {speed:g} m/s at the hub, turbine {turbine.name!r} "
+                f"has its {name} at {limit:g} m/s"
+            )
+    if isinstance(wind, TurbulentField):
+        try:
+            wind.box.require(
+                reach.low,
+                reach.high,
+                reach.half_width,
+                duration,
+                x_low=-reach.upwind,
+                x_high=reach.downwind,
+                repeat=repeat,
+            )
+        except WindFieldError as error:
+            raise InputError(f"wind: {error}") from error
+
+
+def _foreign(wind: object) -> InputError:
+    return InputError(
+        f"wind: got {type(wind).__name__}, expected a StaticField, TransientField or "
+        "TurbulentField of windfield"
+    )
+
+
+def wind_tables(wind: Wind, reach: Reach) -> WindTables:
+    """Tables of a wind field for where the blades go.
 
     Raises
     ------
@@ -48,12 +130,10 @@ def wind_tables(wind: Wind, *, low: float, high: float) -> WindTables:
     elif isinstance(wind, TurbulentField):
         mean, time, speed = wind.mean, np.zeros(1), np.array([wind.mean.speed])
     else:
-        raise InputError(
-            f"wind: got {type(wind).__name__}, expected a StaticField, TransientField or "
-            "TurbulentField of windfield"
-        )
-    start = max(low - 2.0, 0.5 * _SHEAR_STEP)
-    heights = start + _SHEAR_STEP * np.arange(math.ceil((high + 2.0 - start) / _SHEAR_STEP) + 1)
+        raise _foreign(wind)
+    start = max(reach.low - 2.0, 0.5 * _SHEAR_STEP)
+    count = math.ceil((reach.high + 2.0 - start) / _SHEAR_STEP) + 1
+    heights = start + _SHEAR_STEP * np.arange(count)
     shear = np.ones(heights.size)
     if mean.vertical is not None:
         shear = np.array(mean.vertical.factor(heights, mean.hub_height))
@@ -88,7 +168,7 @@ def _tower(mean: StaticField, low: float) -> tuple[FloatArray, FloatArray, float
     return wall * np.sqrt(shadow.strength * shadow.weight(heights)), wall, low
 
 
-def _box(box: TurbulenceBox | PolarBox | None) -> dict[str, object]:
+def _box(box: TurbulenceBox | PolarBox | None) -> dict[str, Any]:
     if box is None:
         empty = np.zeros((2, 2, 2, 3), dtype=np.float32)
         empty.setflags(write=False)  # like that of a box: one type for the compiler

@@ -33,6 +33,11 @@ FIGURES = {
         "time of a rotation": ["milliseconds", "milliseconds_rate_binding", "milliseconds_aim"],
         "learner x condition": ["ratio_median_at_10", "ratio_worst_at_10", "seeds"],
     },
+    "simulate": {
+        "turbulence box": ["seconds", "seconds_aim", "slices"],
+        "speed": ["milliseconds_per_second", "milliseconds_aim", "nanoseconds_per_element"],
+        "convergence": ["power_ratio", "TwrBsMyt_del_ratio", "error_check"],
+    },
     "robust": {
         "design": ["cpu_seconds", "cpu_seconds_own_optima", "gap_percent", "largest_regret"],
         "exponent": ["exponent_design", "exponent_joint", "exponent_bound", "exponent_regret"],
