@@ -8,6 +8,10 @@ A step of length h from t_n to t_n+1:
 4. M a = Q - C v - K q is solved for a_n+1 with the linear stiffness and damping of the structure
    by the trapezium rule, v_n+1 = v + h (a_n + a_n+1) / 2, q_n+1 = q + h v + h^2 (a_n + a_n+1) / 4.
 
+A run has diverged when the rotor runs at twice its rated speed, a deflection passes half the
+radius, or the collective pitch has raced back and forth at its rate limit for a third of the last
+half minute (a loop that its gains destabilise ends in such a cycle, bounded by the limits).
+
 The scheme is of second order and stable for any stiffness of tower, blades and shaft; what it
 takes explicitly are aerodynamic and gyroscopic forces.  The distance of prediction and result,
 |v_n+1 - v*|, is the error check: its largest value relative to the largest velocity so far is
@@ -62,6 +66,10 @@ _inlined = njit(
 
 RUNNING = 0
 DIVERGED = 1
+
+_RACING = 0.98  # of the rate limit
+_HUNT_TIME = 30.0  # over which hunting of the collective pitch is judged [s]
+HUNTING = 0.35  # feathering from full load over 90 degrees at 8 deg/s comes to 0.31
 
 _PITCH = signals.PITCH
 _OUT_OF_PLANE = signals.OUT_OF_PLANE
@@ -131,6 +139,8 @@ class State(NamedTuple):
         Steps done.
     error, scale : ndarray (D,)
         Largest distance of predicted and final rate, largest rate.
+    hunting : ndarray (1,)
+        Share of the last half minute, fading, in which the collective pitch ran at its rate limit.
     inflow : InflowState
     """
 
@@ -144,6 +154,7 @@ class State(NamedTuple):
     count: NDArray[np.int64]
     error: FloatArray
     scale: FloatArray
+    hunting: FloatArray
     inflow: InflowState
 
 
@@ -240,10 +251,14 @@ def advance(model: Model, state: State, work: Work, command: FloatArray) -> int:
     h = model.step
     body = model.body
     q, v, a, before = state.q, state.v, state.a, state.before
+    collective = 0.0
     for k in range(body.blades):
         state.pitch[k], state.pitch_rate[k] = pitch_actuator(
             model.actuator, state.pitch[k], state.pitch_rate[k], command[_PITCH_COMMAND + k]
         )
+        collective += state.pitch_rate[k]
+    racing = abs(collective) > _RACING * model.actuator.rate * body.blades
+    state.hunting[0] += h / _HUNT_TIME * ((1.0 if racing else 0.0) - state.hunting[0])
     state.torque[0] = generator_torque(model.torque_keep, state.torque[0], command[signals.TORQUE])
     for i in range(q.size):
         work.q[i] = q[i] + h * v[i] + h * h * (4.0 * a[i] - before[i]) / 6.0
@@ -275,7 +290,7 @@ def advance(model: Model, state: State, work: Work, command: FloatArray) -> int:
         work.top,
         work.scratch,
     )
-    good &= abs(v[AZIMUTH]) < model.fastest
+    good &= (abs(v[AZIMUTH]) < model.fastest) & (state.hunting[0] < HUNTING)
     for i in range(q.size):
         if i != AZIMUTH and i != TWIST:
             good &= abs(q[i]) < model.largest

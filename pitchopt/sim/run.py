@@ -16,9 +16,9 @@ from pitchopt.errors import ComputationError, InputError
 from pitchopt.sim.turbine import DynamicTurbine
 from pitchopt.sim.wind import Wind, wind_tables
 
-__all__ = ["TurbineRun"]
+__all__ = ["OVERSPEED", "TurbineRun"]
 
-_OVERSPEED = 2.0  # times rated: no controller holds the rotor any more
+OVERSPEED = 2.0  # times rated: no controller holds the rotor any more
 
 
 class TurbineRun:
@@ -71,7 +71,7 @@ class TurbineRun:
             tower_weight_moment=tower.weight_moment,
             tower_mass_above=tower.mass_above,
             tip_shape=dynamic.blade.tip_shape,
-            fastest=_OVERSPEED * turbine.rated_rotor_speed,
+            fastest=OVERSPEED * turbine.rated_rotor_speed,
             largest=0.5 * turbine.rotor.radius,
         )
         self.state = _state(dynamic, rotor_speed, pitch, torque, azimuth)
@@ -181,6 +181,7 @@ def _state(
         count=np.zeros(1, dtype=np.int64),
         error=np.zeros(size),
         scale=np.zeros(size),
+        hunting=np.zeros(1),
         inflow=InflowState(
             row=np.zeros((blades, stations), dtype=np.int64),
             planes=np.zeros(MEMORY_PLANES * PLANE),

@@ -15,7 +15,7 @@ from pitchopt.checks import FloatArray, finite_number, whole_number
 from pitchopt.control import Controller, TurbineController
 from pitchopt.errors import InputError
 from pitchopt.sim.channels import Channel
-from pitchopt.sim.run import TurbineRun
+from pitchopt.sim.run import OVERSPEED, TurbineRun
 from pitchopt.sim.turbine import DynamicTurbine
 from pitchopt.sim.wind import Wind, check_wind
 
@@ -210,8 +210,7 @@ def simulate(
         message=(
             f"finished after {duration:g} s"
             if good
-            else f"diverged at {run.time:g} s: the rotor ran away or a deflection passed half the "
-            "radius; the controller's gains, the wind or the time step do that"
+            else f"diverged at {run.time:g} s: {_reason(run)}; gains, wind or time step do that"
         ),
         diverged_at=None if good else run.time,
         interval=every * step,
@@ -222,6 +221,22 @@ def simulate(
         evaluations=float(state.inflow.counts[0]) / balances,
         seconds=seconds,
     )
+
+
+def _reason(run: TurbineRun) -> str:
+    """What has gone wrong in a run that diverged."""
+    from pitchopt.sim.kernels_march import HUNTING
+    from pitchopt.sim.kernels_motion import AZIMUTH
+
+    state = run.state
+    speed = float(state.v[AZIMUTH]) / run.dynamic.turbine.rated_rotor_speed
+    if not np.all(np.isfinite(state.v)):
+        return "the motion is not finite any more"
+    if abs(speed) >= OVERSPEED:
+        return f"the rotor runs at {speed:.3g} times its rated speed"
+    if state.hunting[0] >= HUNTING:
+        return "the collective pitch races back and forth at its rate limit"
+    return "a deflection passed half the radius"
 
 
 def _compiled(

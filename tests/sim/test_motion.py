@@ -161,9 +161,7 @@ def test_accelerations_and_section_loads(nrel) -> None:
         rotor = slice(0, 3 * POINTS + 1)
         moment = np.cross(position[rotor] - apex, force[rotor]).sum(axis=0)
         axes = run.work.rotor.axes
-        assert run.work.hub[3:] == pytest.approx(
-            axes.T @ moment, abs=3e-5 * np.abs(moment).max()
-        )
+        assert run.work.hub[3:] == pytest.approx(axes.T @ moment, abs=3e-5 * np.abs(moment).max())
         total = force.sum(axis=0)
         moment = np.cross(position - np.array([state.q[0], state.q[1], 0.0]), force).sum(axis=0)
         assert run.work.top[:3] == pytest.approx(total, abs=3e-5 * np.abs(total).max())

@@ -10,7 +10,7 @@ import pytest
 
 from pitchopt.aero.static_rotor import StaticRotor
 from pitchopt.control import PitchActuator
-from pitchopt.control.signals import COMMANDS, PITCH_COMMAND, TORQUE
+from pitchopt.control.signals import COMMANDS, PITCH_COMMAND
 from pitchopt.sim import DynamicTurbine, TurbineRun, simulate
 from pitchopt.sim.simulate import Start
 from pitchopt.turbines import load_turbine
@@ -72,10 +72,10 @@ def test_static_rotor_is_the_limit(key, speed, wind, pitch_deg, yaw_deg) -> None
     )
     loads = static.blade_loads(azimuth, np.full(azimuth.size, pitch))
     cone = turbine.rotor.cone
-    assert moment[:, 1] == pytest.approx(loads.bending, rel=1e-5)
-    assert math.cos(cone) * force[:, 0] == pytest.approx(loads.thrust, rel=1e-5)
+    assert moment[:, 1] == pytest.approx(loads.bending, rel=3e-5)
+    assert math.cos(cone) * force[:, 0] == pytest.approx(loads.thrust, rel=3e-5)
     torque = math.cos(cone) * moment[:, 0] - math.sin(cone) * moment[:, 2]
-    assert torque == pytest.approx(loads.torque, abs=1e-5 * np.abs(loads.torque).max())
+    assert torque == pytest.approx(loads.torque, abs=3e-5 * np.abs(loads.torque).max())
 
 
 def test_induced_velocity_answers_a_step(nrel) -> None:
@@ -88,9 +88,7 @@ def test_induced_velocity_answers_a_step(nrel) -> None:
     wind = TransientField(
         mean=StaticField(speed=1.0, hub_height=90.0), time=[0.0, 1.0, 1.001], speed=[12, 12, 12.5]
     )
-    turbine = dataclasses.replace(
-        nrel, rotor=dataclasses.replace(nrel.rotor, tilt=0.0, cone=0.0)
-    )
+    turbine = dataclasses.replace(nrel, rotor=dataclasses.replace(nrel.rotor, tilt=0.0, cone=0.0))
     dynamic = DynamicTurbine(turbine=turbine, freedoms=(), inflow="dynamic", step=0.01)
     run = TurbineRun(dynamic, wind, rotor_speed=1.267, pitch=0.05)
     command = np.zeros(COMMANDS)
@@ -120,9 +118,7 @@ def test_induced_velocity_answers_a_step(nrel) -> None:
         expected = after + (after - before) * (
             slow * math.exp(-t / tau1) + fast * math.exp(-t / tau2)
         )
-        assert normal(kernels._M_INDUCED) == pytest.approx(
-            expected, abs=0.01 * abs(after - before)
-        )
+        assert normal(kernels._M_INDUCED) == pytest.approx(expected, abs=0.01 * abs(after - before))
 
 
 def test_thrust_overshoots_only_with_dynamic_inflow(nrel, sheared) -> None:

@@ -217,23 +217,49 @@ def test_gains_that_destabilise_end_the_run(dynamic, sheared, controller) -> Non
         def command(self, measured):
             command = np.zeros(COMMANDS)
             command[PITCH_COMMAND:] = -0.3 * (measured[GENERATOR_SPEED] - 120.0)
+            return command  # and no torque
+
+    for bad, wind, reason in (
+        (Runaway(), 20.0, "times its rated speed"),
+        (gains(controller, proportional=100.0), 14.0, "races back and forth"),
+        (gains(controller, integral=20.0), 14.0, "races back and forth"),
+    ):
+        result = simulate(dynamic, sheared(wind), bad, 300.0, start=START, interval=0.25)
+        assert result.status == "diverged"
+        assert result.diverged_at is not None
+        assert 1.0 < result.diverged_at < 150.0
+        assert f"diverged at {result.diverged_at:g} s" in result.message
+        assert reason in result.message
+        assert np.all(np.isfinite(result.values))
+        assert result.time[-1] <= result.diverged_at
+        for line in statistics(result, skip=1.0).values():
+            assert all(math.isfinite(x) for x in (line.mean, line.std, line.least, line.largest))
+
+
+def gains(controller: TurbineController, **factors: float) -> TurbineController:
+    """The controller with gains of its pitch regulator multiplied."""
+    pitch = controller.pitch
+    changes = {name: getattr(pitch, name) * factor for name, factor in factors.items()}
+    return dataclasses.replace(controller, pitch=dataclasses.replace(pitch, **changes))
+
+
+def test_healthy_loops_do_not_count_as_diverged(dynamic, sheared, controller) -> None:
+    """A gust, a shutdown to feather, and gains three times too large are results."""
+    gust = TransientField(mean=sheared(12.0), time=[20.0, 25.0, 30.0], speed=[12.0, 22.0, 12.0])
+    assert simulate(dynamic, gust, controller, 60.0, start=START).status == "finished"
+    lively = gains(controller, proportional=3.0)
+    assert simulate(dynamic, sheared(14.0), lively, 120.0, start=START).status == "finished"
+
+    class Shutdown:
+        def start(self, step, measured):
+            pass
+
+        def command(self, measured):
+            command = np.zeros(COMMANDS)
+            command[PITCH_COMMAND:] = math.radians(90.0)
             return command
 
-    result = simulate(dynamic, sheared(12.0), Runaway(), 300.0, start=START, interval=0.25)
-    assert result.status == "diverged"
-    assert result.diverged_at is not None
-    assert 5.0 < result.diverged_at < 300.0
-    assert f"diverged at {result.diverged_at:g} s" in result.message
-    assert np.all(np.isfinite(result.values))
-    assert result.time[-1] <= result.diverged_at
-    for line in statistics(result, skip=1.0).values():
-        assert all(math.isfinite(x) for x in (line.mean, line.std, line.least, line.largest))
-    bad = dataclasses.replace(
-        controller, pitch=dataclasses.replace(controller.pitch, proportional=0.0, integral=5.0)
-    )
-    assert isinstance(bad, TurbineController)
-    result = simulate(dynamic, sheared(14.0), bad, 200.0, start=START)
-    assert np.all(np.isfinite(result.values))
+    assert simulate(dynamic, sheared(12.0), Shutdown(), 60.0, start=START).status == "finished"
 
 
 def test_bad_input(dynamic, sheared, turbulent, controller, nrel) -> None:
