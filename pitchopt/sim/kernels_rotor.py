@@ -31,6 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitchopt.checks import FloatArray
+from pitchopt.errors import InputError
 from pitchopt.sim.compiling import inlined, summing
 from pitchopt.sim.kernels_balance import (
     ACCEPT,
@@ -280,9 +281,19 @@ def element_planes(
         Constants of tip and hub loss; not positive where the station is blocked.
     shape, slope, shortening, weight : ndarray (E, 2, 2)
         Of the elastic blade, see `pitchopt.sim.structure.BladeModel`.
+
+    Raises
+    ------
+    InputError
+        If the elements do not fit into a plane.
     """
     count = span.size
     per = padded(count)
+    if blades * per > PLANE:
+        raise InputError(
+            f"blade: got {count} stations on each of {blades} blades, expected at most "
+            f"{PLANE // blades // _LANES * _LANES}"
+        )
     columns = np.zeros((_TABLE_PLANES, per))
     open_ = (outer > 0.0) & (inner > 0.0)
     rows = {
@@ -613,14 +624,18 @@ def _quasi_steady(s, stop):  # type: ignore[no-untyped-def]
 
 
 @summing
-def _final(s, stop, skew, direction):  # type: ignore[no-untyped-def]
-    """Relative wind with induction and skew, and the angle of attack, of one blade's elements."""
+def _final(s, t, stop, skew, direction):  # type: ignore[no-untyped-def]
+    """Relative wind with induction and skew, and the angle of attack, of one blade's elements.
+
+    Stations that are blocked keep their induction whatever the skew.
+    """
     for e in range(stop):
         vn, wn = s[_VN + e], s[_EN + e]
         used = -wn / (vn if vn != 0.0 else 1.0)
         half = min(max(0.5 * (1.0 + 0.6 * used) * skew, -0.25 * math.pi), 0.25 * math.pi)
         sine, cosine = sine_cosine(half)
-        en = vn + wn * (1.0 + direction * s[_RADIUS + e] * sine / cosine)
+        turned = t[_T_OPEN + e] * direction * s[_RADIUS + e] * sine / cosine
+        en = vn + wn * (1.0 + turned)
         et = s[_VT + e] + s[_ET + e]
         s[_EN + e], s[_ET + e] = en, et
         s[_ALPHA + e] = angle(en, et) - s[_THETA + e]
@@ -772,7 +787,7 @@ def rotor_aerodynamics(
             _quasi_steady(sk, per)
         psi = work.angle[k]
         direction = (upward * math.cos(psi) - lateral * math.sin(psi)) / unit
-        _final(sk, per, skew, _SKEW * per_tip * direction)
+        _final(sk, tk, per, skew, _SKEW * per_tip * direction)
         _look_up(sk, rows[k], first, last, polar)
         induction_sum += _integrate(
             sk,
