@@ -32,7 +32,7 @@ STILL = 1e-3  # no balance below this speed [m/s]
 ACCEPT = 2e-3  # correction of phi relative to sin phi below which one step does
 _MIN_LOSS = 1e-4
 _NEWTON = 12
-_FAR = 12.0  # exp(-12) is nothing beside 1
+_FAR = 24.0  # exp(-24) is nothing beside 1
 
 
 @compiled
