@@ -18,10 +18,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from pitchopt.checks import FloatArray
+from pitchopt.sim.compiling import compiled, inlined
 from pitchopt.sim.kernels_math import angle, falling, sine_cosine
 
 __all__ = ["ACCEPT", "EDGE", "HIGH", "STILL", "balance", "loss", "newton_step", "polar_row"]
@@ -32,22 +32,10 @@ STILL = 1e-3  # no balance below this speed [m/s]
 ACCEPT = 2e-3  # correction of phi relative to sin phi below which one step does
 _MIN_LOSS = 1e-4
 _NEWTON = 12
-_FAR = 12.0  # exp(-12) is nothing beside 1
-
-_compiled = njit(
-    cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}
-)
-_inlined = njit(
-    cache=True,
-    nogil=True,
-    _nrt=False,
-    error_model="numpy",
-    fastmath={"contract", "nsz"},
-    forceinline=True,
-)
+_FAR = 24.0  # exp(-24) is nothing beside 1
 
 
-@_compiled
+@compiled
 def polar_row(polar: FloatArray, first: int, last: int, row: int, at: float) -> int:
     """Row of the polar whose interval holds `at`, searched from `row`.
 
@@ -63,7 +51,7 @@ def polar_row(polar: FloatArray, first: int, last: int, row: int, at: float) -> 
     return row
 
 
-@_inlined
+@inlined
 def _one_loss(exponent):  # type: ignore[no-untyped-def]
     """Arc acos(exp(-f)) of one loss, and its derivative by f as two factors: e over the root."""
     e = falling(exponent)
@@ -72,7 +60,7 @@ def _one_loss(exponent):  # type: ignore[no-untyped-def]
     return 0.5 * math.pi if far else angle(root, e), 0.0 if far else e, root
 
 
-@_inlined
+@inlined
 def loss(outer, inner, s, c):  # type: ignore[no-untyped-def]
     """Loss factor F at sin phi = s > 0, and its derivative by phi relative to F."""
     inverse = 1.0 / s
@@ -86,7 +74,7 @@ def loss(outer, inner, s, c):  # type: ignore[no-untyped-def]
     return _MIN_LOSS if low else factor, 0.0 if low else rate
 
 
-@_inlined
+@inlined
 def newton_step(s, c, x, lift, rise, factor, fall, solidity):  # type: ignore[no-untyped-def]
     """One step of Newton's method at the inflow angle of sine `s` and cosine `c`, both positive.
 
@@ -151,7 +139,7 @@ def newton_step(s, c, x, lift, rise, factor, fall, solidity):  # type: ignore[no
     return change, a, tangential, by_x, by_theta, good
 
 
-@_compiled
+@compiled
 def _axial(kappa: float, factor: float) -> float:
     """Induction factor of momentum theory and of Buhl's parabola, kappa > -1."""
     if kappa <= 2.0 / 3.0:
@@ -164,7 +152,7 @@ def _axial(kappa: float, factor: float) -> float:
     return (two - (10.0 / 9.0 - factor) - root) / g3
 
 
-@_compiled
+@compiled
 def _lift(
     polar: FloatArray, first: int, last: int, row: int, at: float
 ) -> tuple[float, float, int]:
@@ -177,7 +165,7 @@ def _lift(
     return polar[row, 1] + polar[row, 2] * (at - polar[row, 0]), polar[row, 2], row
 
 
-@_compiled
+@compiled
 def _residual(
     polar: FloatArray,
     first: int,
@@ -209,7 +197,7 @@ def _residual(
     return s * inverse - x * c * (1.0 - swirl), kappa, swirl, row
 
 
-@_compiled
+@compiled
 def _bisect(
     polar: FloatArray,
     first: int,
@@ -275,7 +263,7 @@ def _bisect(
     return math.nan, 0.0, 0.0, row
 
 
-@_compiled
+@compiled
 def balance(
     polar: FloatArray,
     first: int,

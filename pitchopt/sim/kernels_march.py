@@ -21,10 +21,9 @@ kept for each coordinate.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from pitchopt.checks import FloatArray
@@ -33,6 +32,7 @@ from pitchopt.control.actuator import ActuatorParameters
 from pitchopt.control.actuator_kernels import generator_torque, pitch_actuator
 from pitchopt.control.kernels import update
 from pitchopt.sim.channels import PER_BLADE, SCALARS
+from pitchopt.sim.compiling import compiled, inlined
 from pitchopt.sim.kernels_motion import (
     AZIMUTH,
     BLADES,
@@ -51,18 +51,6 @@ from pitchopt.sim.kernels_wind import WindTables, wind_speed, wind_velocity
 
 __all__ = ["Model", "State", "Work", "advance", "march", "measure", "output"]
 
-_compiled = njit(
-    cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}
-)
-# Inlined are the functions that take whole tuples: handing these over costs more than the work.
-_inlined = njit(
-    cache=True,
-    nogil=True,
-    _nrt=False,
-    error_model="numpy",
-    fastmath={"contract", "nsz"},
-    forceinline=True,
-)
 
 RUNNING = 0
 DIVERGED = 1
@@ -151,7 +139,7 @@ class State(NamedTuple):
     pitch: FloatArray
     pitch_rate: FloatArray
     torque: FloatArray
-    count: NDArray[np.int64]
+    count: NDArray[np.int64]  # type: ignore[assignment]  # hides tuple.count
     error: FloatArray
     scale: FloatArray
     hunting: FloatArray
@@ -188,7 +176,7 @@ class Work(NamedTuple):
     command: FloatArray
 
 
-@_inlined
+@inlined
 def _loads(
     model: Model, state: State, work: Work, q: FloatArray, v: FloatArray, time: float, step: float
 ) -> None:
@@ -222,7 +210,7 @@ def _loads(
     )
 
 
-@_compiled
+@compiled
 def begin(model: Model, state: State, work: Work) -> bool:
     """Accelerations and loads of the first instant."""
     time = state.count[0] * model.step
@@ -242,10 +230,10 @@ def begin(model: Model, state: State, work: Work) -> bool:
         work.top,
         work.scratch,
     )
-    return good
+    return bool(good)
 
 
-@_inlined
+@inlined
 def advance(model: Model, state: State, work: Work, command: FloatArray) -> int:
     """One step under a command that is held; returns RUNNING or DIVERGED."""
     h = model.step
@@ -298,7 +286,7 @@ def advance(model: Model, state: State, work: Work, command: FloatArray) -> int:
     return RUNNING if good else DIVERGED
 
 
-@_inlined
+@inlined
 def measure(model: Model, state: State, work: Work, measured: FloatArray) -> None:
     """Fill the controller's view of the turbine."""
     q, v, a = state.q, state.v, state.a
@@ -323,7 +311,7 @@ def measure(model: Model, state: State, work: Work, measured: FloatArray) -> Non
     measured[signals.POWER] = model.efficiency * state.torque[0] * generator
 
 
-@_inlined
+@inlined
 def output(model: Model, state: State, work: Work, out: FloatArray) -> None:
     """Fill the output vector in the order of `pitchopt.sim.channels`, SI units."""
     q, v, a = state.q, state.v, state.a
@@ -408,12 +396,12 @@ def output(model: Model, state: State, work: Work, out: FloatArray) -> None:
         out[place + 10 * blades] = uy * cb - ux * sb
 
 
-@_compiled
+@compiled
 def march(
     model: Model,
     state: State,
     work: Work,
-    control,
+    control: Any,
     memory: FloatArray,
     steps: int,
     every: int,

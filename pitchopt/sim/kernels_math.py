@@ -12,18 +12,10 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from pitchopt.sim.compiling import inlined
 
 __all__ = ["angle", "falling", "sine_cosine"]
 
-_inlined = njit(
-    cache=True,
-    nogil=True,
-    _nrt=False,
-    error_model="numpy",
-    fastmath={"contract", "nsz"},
-    forceinline=True,
-)
 
 # of atan(t) / t in t^2 on [0, 1]
 _A0, _A1, _A2, _A3 = (
@@ -52,7 +44,7 @@ _A12, _A13, _A14, _A15 = (
 )
 
 
-@_inlined
+@inlined
 def sine_cosine(x):  # type: ignore[no-untyped-def]
     """Sine and cosine of x in [-pi/2, pi/2]."""
     z = x * x
@@ -76,7 +68,7 @@ def sine_cosine(x):  # type: ignore[no-untyped-def]
     return x + x * (z * s), 1.0 + z * c
 
 
-@_inlined
+@inlined
 def falling(x):  # type: ignore[no-untyped-def]
     """exp(-x) for x >= 0; beyond 24, where it is below 4e-11, it stays at that."""
     y = min(x, 24.0) * (-1.0 / 32.0)
@@ -99,7 +91,7 @@ def falling(x):  # type: ignore[no-untyped-def]
     return p * p
 
 
-@_inlined
+@inlined
 def angle(y, x):  # type: ignore[no-untyped-def]
     """Angle of the point (x, y) in (-pi, pi], as atan2(y, x); zero at the origin."""
     up, side = abs(y), abs(x)

@@ -27,10 +27,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from pitchopt.checks import FloatArray
+from pitchopt.sim.compiling import inlined
 from pitchopt.sim.kernels_rotor import RotorWork
 
 __all__ = ["BodyTables", "MotionWork", "assemble", "frames", "reactions", "solve"]
@@ -40,19 +40,6 @@ SIDE_SIDE = 1
 AZIMUTH = 2
 TWIST = 3
 BLADES = 4
-
-_compiled = njit(
-    cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}
-)
-# Inlined are the functions that take whole tuples: handing these over costs more than the work.
-_inlined = njit(
-    cache=True,
-    nogil=True,
-    _nrt=False,
-    error_model="numpy",
-    fastmath={"contract", "nsz"},
-    forceinline=True,
-)
 
 
 class BodyTables(NamedTuple):
@@ -169,7 +156,7 @@ class MotionWork(NamedTuple):
     c: FloatArray
 
 
-@_inlined
+@inlined
 def frames(
     body: BodyTables,
     rotor: RotorWork,
@@ -197,11 +184,11 @@ def frames(
     spin[1] = body.tower_slope[0] * v[FORE_AFT]
     spin[2] = 0.0
     for i in range(3):
-        hub, nacelle = 0.0, 0.0
+        hub_i, nacelle_i = 0.0, 0.0
         for j in range(3):
-            hub += turn[i, j] * body.apex[j]
-            nacelle += turn[i, j] * body.nacelle[j]
-        work.hub[i], work.nacelle[i] = hub, nacelle
+            hub_i += turn[i, j] * body.apex[j]
+            nacelle_i += turn[i, j] * body.nacelle[j]
+        work.hub[i], work.nacelle[i] = hub_i, nacelle_i
         for j in range(3):
             total = 0.0
             for m in range(3):
@@ -248,7 +235,7 @@ def frames(
                 out4[i, 1, j, 1] = by * cb - bx * sb
 
 
-@_inlined
+@inlined
 def _blade_inertia(
     body: BodyTables,
     rotor: RotorWork,
@@ -355,7 +342,7 @@ def _blade_inertia(
     out[3], out[4], out[5] = mx, my, mz
 
 
-@_inlined
+@inlined
 def _apex_motion(
     body: BodyTables,
     rotor: RotorWork,
@@ -386,7 +373,7 @@ def _apex_motion(
     angular[2] = alpha * axes[2, 0] + omega * (spin[0] * axes[1, 0] - spin[1] * axes[0, 0])
 
 
-@_inlined
+@inlined
 def assemble(
     body: BodyTables,
     rotor: RotorWork,
@@ -558,7 +545,7 @@ def assemble(
             matrix[i, i] = 1.0
 
 
-@_inlined
+@inlined
 def solve(
     body: BodyTables, work: MotionWork, q: FloatArray, v: FloatArray, step: float, a: FloatArray
 ) -> bool:
@@ -639,7 +626,7 @@ def solve(
     return True
 
 
-@_inlined
+@inlined
 def reactions(
     body: BodyTables,
     rotor: RotorWork,

@@ -28,10 +28,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from pitchopt.checks import FloatArray
+from pitchopt.errors import InputError
+from pitchopt.sim.compiling import inlined, summing
 from pitchopt.sim.kernels_balance import (
     ACCEPT,
     EDGE,
@@ -47,7 +48,6 @@ from pitchopt.sim.kernels_wind import (
     NO_BOX,
     POLAR,
     WindTables,
-    box_place,
     fluctuation,
     table,
     tower_disturbance,
@@ -134,18 +134,6 @@ _MOMENT = 27 * PLANE
 _EN = 28 * PLANE
 _ET = 29 * PLANE
 WORK_PLANES = 30
-
-_compiled = njit(
-    cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz", "reassoc"}
-)
-_inlined = njit(
-    cache=True,
-    nogil=True,
-    _nrt=False,
-    error_model="numpy",
-    fastmath={"contract", "nsz", "reassoc"},
-    forceinline=True,
-)
 
 
 class RotorTables(NamedTuple):
@@ -293,9 +281,19 @@ def element_planes(
         Constants of tip and hub loss; not positive where the station is blocked.
     shape, slope, shortening, weight : ndarray (E, 2, 2)
         Of the elastic blade, see `pitchopt.sim.structure.BladeModel`.
+
+    Raises
+    ------
+    InputError
+        If the elements do not fit into a plane.
     """
     count = span.size
     per = padded(count)
+    if blades * per > PLANE:
+        raise InputError(
+            f"blade: got {count} stations on each of {blades} blades, expected at most "
+            f"{PLANE // blades // _LANES * _LANES}"
+        )
     columns = np.zeros((_TABLE_PLANES, per))
     open_ = (outer > 0.0) & (inner > 0.0)
     rows = {
@@ -329,7 +327,7 @@ def element_planes(
     return planes.ravel()
 
 
-@_compiled
+@summing
 def _place(s, t, stop, frame, apex, velocity, spin, cb, sb, rate, q, d):  # type: ignore[no-untyped-def]
     """Place and velocity of the elements of one blade."""
     f00, f01, f02 = frame[0, 0], frame[0, 1], frame[0, 2]
@@ -375,7 +373,7 @@ def _place(s, t, stop, frame, apex, velocity, spin, cb, sb, rate, q, d):  # type
         s[_GZ + e] = az + f20 * x + f21 * y + f22 * z
 
 
-@_inlined
+@inlined
 def _wind(s, wind, stop, hub_speed, time, top_x, top_y, top_height):  # type: ignore[no-untyped-def]
     """Wind at the places of one blade's elements, written over them."""
     shear, shear_low, per_shear = wind.shear, wind.shear_low, 1.0 / wind.shear_step
@@ -394,7 +392,9 @@ def _wind(s, wind, stop, hub_speed, time, top_x, top_y, top_height):  # type: ig
         wind.periodic,
     )
     box_rate = 1.0 / wind.step
-    box_start = box_place(wind.carrier * time * box_rate + wind.offset, box.shape[0], periodic)
+    box_start = wind.carrier * time * box_rate + wind.offset
+    if periodic:
+        box_start -= box.shape[0] * math.floor(box_start / box.shape[0])
     second_low, third_low = wind.low[0], wind.low[1]
     per_second, per_third = 1.0 / wind.steps[0], 1.0 / wind.steps[1]
     for e in range(stop):
@@ -433,7 +433,7 @@ def _wind(s, wind, stop, hub_speed, time, top_x, top_y, top_height):  # type: ig
         s[_GX + e], s[_GY + e], s[_GZ + e] = a, b, w
 
 
-@_compiled
+@summing
 def _relative(s, t, stop, frame):  # type: ignore[no-untyped-def]
     """Relative wind of one blade's elements; its sum in the blade's frame."""
     f00, f01, f02 = frame[0, 0], frame[0, 1], frame[0, 2]
@@ -455,7 +455,7 @@ def _relative(s, t, stop, frame):  # type: ignore[no-untyped-def]
     return sum_x, sum_y, sum_z
 
 
-@_compiled
+@summing
 def _predict(s, t, m, stop, pitch, cone_c, cone_s):  # type: ignore[no-untyped-def]
     """Predicted inflow angle of one blade's elements, and what goes with it."""
     for e in range(stop):
@@ -481,7 +481,7 @@ def _predict(s, t, m, stop, pitch, cone_c, cone_s):  # type: ignore[no-untyped-d
         s[_LOSS + e], s[_FALL + e] = loss(t[_T_OUTER + e], t[_T_INNER + e], sine, cosine)
 
 
-@_compiled
+@summing
 def _look_up_lift(s, rows, first, last, polar):  # type: ignore[no-untyped-def]
     """Lift coefficient and its slope for the elements of one blade."""
     for e in range(rows.size):
@@ -493,7 +493,7 @@ def _look_up_lift(s, rows, first, last, polar):  # type: ignore[no-untyped-def]
         s[_RISE + e] = polar[row, 2]
 
 
-@_compiled
+@summing
 def _newton(s, t, m, stop):  # type: ignore[no-untyped-def]
     """One step of Newton's method in all columns; marks those where it does not do."""
     missing = 0.0
@@ -528,7 +528,7 @@ def _newton(s, t, m, stop):  # type: ignore[no-untyped-def]
     return missing
 
 
-@_compiled
+@summing
 def _balance_one(s, t, m, e, row, first, last, polar, counts):  # type: ignore[no-untyped-def]
     """Momentum balance in column e without a usable prediction."""
     vn, vt, theta = s[_VN + e], s[_VT + e], s[_THETA + e]
@@ -552,7 +552,7 @@ def _balance_one(s, t, m, e, row, first, last, polar, counts):  # type: ignore[n
     return row
 
 
-@_inlined
+@inlined
 def _filtered(old, new, middle, induced, step, per_step, tau, lag, per, decay, decay2):  # type: ignore[no-untyped-def]
     """W_int and W after a step over which W_qs goes linearly from `old` to `new`.
 
@@ -569,7 +569,7 @@ def _filtered(old, new, middle, induced, step, per_step, tau, lag, per, decay, d
     )
 
 
-@_compiled
+@summing
 def _dynamic_inflow(s, m, stop, fresh, step, tau, decay, per_tip):  # type: ignore[no-untyped-def]
     """Filter the induced velocity of one blade's elements; `fresh` sets it instead."""
     per_tau = step / tau
@@ -615,7 +615,7 @@ def _dynamic_inflow(s, m, stop, fresh, step, tau, decay, per_tip):  # type: igno
         s[_EN + e], s[_ET + e] = qn, qt
 
 
-@_compiled
+@summing
 def _quasi_steady(s, stop):  # type: ignore[no-untyped-def]
     """Induced velocity of the momentum balance itself."""
     for e in range(stop):
@@ -623,7 +623,7 @@ def _quasi_steady(s, stop):  # type: ignore[no-untyped-def]
         s[_ET + e] = s[_SWIRL + e] * s[_VT + e]
 
 
-@_compiled
+@summing
 def _final(s, t, stop, skew, direction):  # type: ignore[no-untyped-def]
     """Relative wind with induction and skew, and the angle of attack, of one blade's elements.
 
@@ -641,7 +641,7 @@ def _final(s, t, stop, skew, direction):  # type: ignore[no-untyped-def]
         s[_ALPHA + e] = angle(en, et) - s[_THETA + e]
 
 
-@_compiled
+@summing
 def _look_up(s, rows, first, last, polar):  # type: ignore[no-untyped-def]
     """All coefficients for the elements of one blade."""
     for e in range(rows.size):
@@ -654,7 +654,7 @@ def _look_up(s, rows, first, last, polar):  # type: ignore[no-untyped-def]
         s[_MOMENT + e] = polar[row, 5] + gap * polar[row, 6]
 
 
-@_compiled
+@summing
 def _integrate(s, t, stop, density, cb, sb, force, moment, modal):  # type: ignore[no-untyped-def]
     """Loads of one blade; returns the sum of its axial induction factors."""
     fx_sum, fy_sum, fz_sum = 0.0, 0.0, 0.0
@@ -691,7 +691,7 @@ def _integrate(s, t, stop, density, cb, sb, force, moment, modal):  # type: igno
     return total
 
 
-@_inlined
+@inlined
 def rotor_aerodynamics(
     tables: RotorTables,
     wind: WindTables,

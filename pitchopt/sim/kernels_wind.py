@@ -12,17 +12,16 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from pitchopt.checks import FloatArray
+from pitchopt.sim.compiling import compiled, inlined
 
 __all__ = [
     "CARTESIAN",
     "NO_BOX",
     "POLAR",
     "WindTables",
-    "box_place",
     "fluctuation",
     "table",
     "tower_disturbance",
@@ -33,18 +32,6 @@ __all__ = [
 NO_BOX = 0
 CARTESIAN = 1
 POLAR = 2
-
-_compiled = njit(
-    cache=True, nogil=True, _nrt=False, error_model="numpy", fastmath={"contract", "nsz"}
-)
-_inlined = njit(
-    cache=True,
-    nogil=True,
-    _nrt=False,
-    error_model="numpy",
-    fastmath={"contract", "nsz"},
-    forceinline=True,
-)
 
 
 class WindTables(NamedTuple):
@@ -110,39 +97,32 @@ class WindTables(NamedTuple):
     periodic: bool
 
 
-@_compiled
+@compiled
 def wind_speed(time: FloatArray, speed: FloatArray, t: float) -> float:
     """Hub wind speed at time t [m/s]."""
     last = time.size - 1
     if last == 0 or t <= time[0]:
-        return speed[0]
+        return float(speed[0])
     if t >= time[last]:
-        return speed[last]
+        return float(speed[last])
     i = np.searchsorted(time, t, side="right") - 1
     share = (t - time[i]) / (time[i + 1] - time[i])
-    return speed[i] + share * (speed[i + 1] - speed[i])
+    return float(speed[i] + share * (speed[i + 1] - speed[i]))
 
 
-@_inlined
+@inlined
 def table(values: FloatArray, low: float, per_step: float, at: float) -> float:
-    """Linear in an evenly spaced table, constant outside; `per_step` is one over the step."""
-    position = (at - low) * per_step
-    last = values.size - 1.0
-    position = min(max(position, 0.0), last)
-    i = min(int(position), max(values.size - 2, 0))
+    """Linear in an evenly spaced table, constant outside; `per_step` is one over the step.
+
+    NaN counts as the first entry: a run that diverges reads nothing outside the table.
+    """
+    position = min(values.size - 1.0, max(0.0, (at - low) * per_step))
+    i = min(max(int(position), 0), values.size - 1)
     value = values[i]
-    return value + (position - i) * (values[min(i + 1, values.size - 1)] - value)
+    return float(value + (position - i) * (values[min(i + 1, values.size - 1)] - value))
 
 
-@_inlined
-def box_place(along: float, length: int, periodic: bool) -> float:
-    """Fractional index along the wind, brought into a periodic box."""
-    if periodic:
-        return along - length * math.floor(along / length)
-    return along
-
-
-@_inlined
+@inlined
 def fluctuation(
     box: NDArray[np.float32],
     polar: bool,
@@ -160,18 +140,15 @@ def fluctuation(
     Parameters
     ----------
     along : float
-        Fractional index along the wind, at most a few lengths outside a periodic box.
+        Fractional index along the wind.
     across, up : float
         Distance from the first point of a Cartesian grid, from the centre of a polar one [m].
     per_second, per_third : float
         One over the steps of the grid in its second and third index [1/m, or 1/m and 1/rad].
     """
     length, second, third = box.shape[0], box.shape[1], box.shape[2]
-    if periodic:
-        while along < 0.0:
-            along += length
-        while along >= length:
-            along -= length
+    if periodic and (along < 0.0 or along >= length):
+        along -= length * math.floor(along / length)
     i0 = min(max(int(along), 0), length - 1)
     fi = along - i0
     i1 = i0 + 1
@@ -182,8 +159,8 @@ def fluctuation(
         k = math.atan2(-across, up) * per_third
         if k < 0.0:
             k += third
-        j0 = min(int(j), second - 2)
-        k0 = min(int(k), third - 1)
+        j0 = min(max(int(j), 0), second - 2)
+        k0 = min(max(int(k), 0), third - 1)
         k1 = k0 + 1 if k0 + 1 < third else 0
     else:
         j = across * per_second
@@ -217,7 +194,7 @@ def fluctuation(
     return low * u0 + high * u1, low * v0 + high * v1, low * w0 + high * w1
 
 
-@_inlined
+@inlined
 def wind_velocity(
     tables: WindTables, x: float, y: float, z: float, t: float
 ) -> tuple[float, float, float]:
@@ -236,7 +213,7 @@ def wind_velocity(
             tables.box,
             tables.kind == POLAR,
             tables.periodic,
-            box_place(along / tables.step + tables.offset, tables.box.shape[0], tables.periodic),
+            along / tables.step + tables.offset,
             tables.cosine * y - tables.sine * x - tables.low[0],
             z - tables.low[1],
             1.0 / tables.steps[0],
@@ -246,7 +223,7 @@ def wind_velocity(
     return tables.cosine * u - tables.sine * v, tables.sine * u + tables.cosine * v, w
 
 
-@_inlined
+@inlined
 def tower_disturbance(
     radius: float, wall: float, lateral: bool, x: float, y: float, u: float, v: float
 ) -> tuple[float, float]:

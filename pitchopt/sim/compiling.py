@@ -1,0 +1,47 @@
+"""Decorators that compile the functions of the time loop.
+
+Nothing in the time loop allocates memory, so arrays need no reference counts there and numba's
+runtime is left out (`_nrt`): counting took a third of the time, and whatever would allocate does
+not compile.  Functions that take whole tuples of tables are inlined, because handing such a
+tuple over copies it word by word; functions called inside a loop over blade elements are
+inlined so that the loop becomes one of vector instructions.
+
+`compiled` and `inlined` keep the order of sums, `summing` lets the compiler change it.  The
+cache of a compiled function does not see changes in another module that it has inlined.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from numba import njit
+
+__all__ = ["compiled", "inlined", "summing"]
+
+_OPTIONS: dict[str, Any] = {
+    "cache": True,
+    "nogil": True,
+    "_nrt": False,
+    "error_model": "numpy",
+    "fastmath": {"contract", "nsz"},
+}
+
+
+def compiled(function: Callable[..., object]) -> Callable[..., Any]:
+    """Compile a function."""
+    out: Callable[..., Any] = njit(**_OPTIONS)(function)
+    return out
+
+
+def inlined(function: Callable[..., object]) -> Callable[..., Any]:
+    """Compile a function into its callers."""
+    out: Callable[..., Any] = njit(**_OPTIONS, forceinline=True)(function)
+    return out
+
+
+def summing(function: Callable[..., object]) -> Callable[..., Any]:
+    """Compile a function whose sums may be taken in any order, and so in vectors."""
+    options = {**_OPTIONS, "fastmath": {"contract", "nsz", "reassoc"}}
+    out: Callable[..., Any] = njit(**options)(function)
+    return out
