@@ -35,6 +35,7 @@ from pitchopt.control.parameters import (
     INTEGRAL,
     LAST_PITCH,
     LAST_TORQUE,
+    SCHEDULED,
     WIND,
 )
 from pitchopt.control.part_kernels import (
@@ -56,7 +57,6 @@ _MEASURED = signals.MEASURED
 _GENERATOR_SPEED = signals.GENERATOR_SPEED
 _GENERATOR_TORQUE = signals.GENERATOR_TORQUE
 _PITCH = signals.PITCH
-_ROTOR_SPEED = signals.ROTOR_SPEED
 _TOWER_VX = signals.TOWER_VX
 _TOWER_X = signals.TOWER_X
 _TORQUE = signals.TORQUE
@@ -99,18 +99,18 @@ def _proportional_integral(p, step, memory, lowest, highest):  # type: ignore[no
 
 
 @_compiled
-def _linear_quadratic(p, memory, measured):  # type: ignore[no-untyped-def]
+def _linear_quadratic(p, rotor_speed, memory, measured):  # type: ignore[no-untyped-def]
     """Pitch and torque that u = u_ref - K (x - x_ref) asks for, and what the integral does.
 
-    Returns pitch, torque, and the change of both with the integral.
+    `rotor_speed` has passed the low pass.  Returns pitch, torque, and the change of both with the integral.
     """
-    k, share = bracket(p.wind, memory[WIND])
+    k, share = bracket(p.wind, memory[SCHEDULED])
     speed = (1.0 - share) * p.reference[k, 0] + share * p.reference[k + 1, 0]
     tower = (1.0 - share) * p.reference[k, 1] + share * p.reference[k + 1, 1]
     pitch = (1.0 - share) * p.reference[k, 2] + share * p.reference[k + 1, 2]
     torque = (1.0 - share) * p.reference[k, 3] + share * p.reference[k + 1, 3]
     states = (
-        measured[_ROTOR_SPEED] - speed,
+        rotor_speed - speed,
         measured[_TOWER_X] - tower,
         measured[_TOWER_VX],
         mean_pitch(measured) - pitch,
@@ -180,11 +180,14 @@ def start(p, memory, measured):  # type: ignore[no-untyped-def]
         )
     if p.estimator.on:
         start_wind(p.estimator, memory, measured)
+    memory[SCHEDULED] = memory[WIND]
     mean = clip(mean_pitch(measured), p.range.lowest, p.range.highest)
     memory[COLLECTIVE] = mean
     if p.linear_quadratic.on:
-        q = p.linear_quadratic
-        pitch, torque, to_pitch, to_torque, error = _linear_quadratic(q, memory, measured)
+        q, rotor_speed = p.linear_quadratic, memory[FILTERED_SPEED] / p.estimator.gear_ratio
+        pitch, torque, to_pitch, to_torque, error = _linear_quadratic(
+            q, rotor_speed, memory, measured
+        )
         weight = 1.0 / (q.torque_scale * q.torque_scale)
         size = to_pitch * to_pitch + weight * to_torque * to_torque
         missing = to_pitch * (mean - pitch) + weight * to_torque * (memory[LAST_TORQUE] - torque)
@@ -227,8 +230,11 @@ def update(p, memory, measured, command):  # type: ignore[no-untyped-def]
     lowest, highest = _lowest(p, memory), p.range.highest
 
     if p.linear_quadratic.on:
-        q = p.linear_quadratic
-        pitch, torque, to_pitch, to_torque, error = _linear_quadratic(q, memory, measured)
+        q, rotor_speed = p.linear_quadratic, memory[FILTERED_SPEED] / p.estimator.gear_ratio
+        memory[SCHEDULED] = memory[WIND] + q.keep * (memory[SCHEDULED] - memory[WIND])
+        pitch, torque, to_pitch, to_torque, error = _linear_quadratic(
+            q, rotor_speed, memory, measured
+        )
         if not (
             _beyond(pitch, lowest, highest, to_pitch * error)
             and _beyond(torque, 0.0, p.torque.largest, to_torque * error)

@@ -18,15 +18,19 @@ weights follow equation (13) of the paper,
     Q = diag(1/delta_f^2, 0, c, 1/beta_max^2, 0, q),      R = diag(r, 0.1),
     q = min(0.1, 0.015 (V - 3) + 0.01),    r = min(1, max(0.1, 1 - 0.18 (V - 9))),
 
-V in m/s, c the weight on the tower-top velocity.  There Q is printed for seven states, with the
-pitch rate, and its third entry is not legible; delta_f is not stated.  Here the pitch actuator is
-of first order, the torque is in shares of the rated one, and delta_f, the deviation of the rotor
-speed that counts as much as a pitch of beta_max, is 1 rad/s: with q = 0.1 the integral then weighs
-as much as the speed at 0.3 rad/s, in the middle of the band of the speed loop.
+V in m/s, c the weight on the tower-top velocity in m/s.  There Q is printed for seven states, with
+the pitch rate, and its third entry is not legible; delta_f and the units of the others are not
+stated.  Here the pitch actuator is of first order, and the weights count rotor speed in rpm, pitch
+in degrees and torque in per cent of rated, with delta_f = 1 rpm.  In these units c from 0 to 0.3
+takes load off the tower at little cost in power, as in the paper; with radians and shares of the
+rated torque pitch is so cheap that from c = 0.03 on the tower loop, which knows nothing of the
+blades' own motion, is unstable on the dynamic turbine.
 
-In operation the rotor speed, the tower top, pitch and torque are measured, the gains and the
-operating point are interpolated over the estimated wind speed, commands keep range and rate, and
-the integral stands still while both commands are out of range and it would push both further.
+In operation the rotor speed, the tower top, pitch and torque are measured; the gains and the
+operating point are interpolated over the estimated wind speed.  Rotor speed and wind speed pass a
+low pass each: both hold the rotor's own swinging at the blades' collective edge mode, which
+actuators that follow at once would feed.  Commands keep range and rate, and the integral stands still while both commands are out
+of range and it would push both further.
 
 Source: J. Iori, C. Bottasso, M. McWilliam, "A sensitivity-based estimation method for
 investigating control co-design relevance", 2024, section 3.2.
@@ -44,6 +48,10 @@ from pitchopt.control.parameters import LinearQuadraticParameters, table
 from pitchopt.errors import ComputationError, InputError
 
 __all__ = ["LinearQuadratic", "OperatingDerivatives", "QuadraticWeights"]
+
+_RPM = 30.0 / math.pi
+_DEGREES = 180.0 / math.pi
+_PER_CENT = 100.0
 
 _POINT_FIELDS = (
     "wind_speed",
@@ -175,7 +183,7 @@ class QuadraticWeights:
     largest_pitch : float
         beta_max, highest pitch of the operating points [rad].
     speed_deviation : float, optional
-        delta_f [rad/s].
+        delta_f [rad/s], 1 rpm.
 
     Raises
     ------
@@ -185,7 +193,7 @@ class QuadraticWeights:
 
     largest_pitch: float
     tower_velocity: float = 0.0
-    speed_deviation: float = 1.0
+    speed_deviation: float = 1.0 / _RPM
 
     def __post_init__(self) -> None:
         finite_number("largest_pitch", self.largest_pitch, above=0.0)
@@ -194,6 +202,8 @@ class QuadraticWeights:
 
     def matrices(self, wind_speed: float) -> tuple[FloatArray, FloatArray]:
         """Q (6, 6) and R (2, 2) at a wind speed of 3 m/s or more.
+
+        For states and inputs in rad/s, m, m/s, rad and shares of the rated torque.
 
         Raises
         ------
@@ -209,9 +219,9 @@ class QuadraticWeights:
             self.tower_velocity,
             1.0 / self.largest_pitch**2,
             0.0,
-            q,
+            q * _RPM**2,
         ]
-        return np.diag(states), np.diag([r, 0.1])
+        return np.diag(states), np.diag([r * _DEGREES**2, 0.1 * _PER_CENT**2])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -230,6 +240,8 @@ class LinearQuadratic:
         [N m].
     pitch_time, torque_time : float
         Time constants of the actuators that the gains are for [s].
+    schedule_time : float, optional
+        Time constant of the low pass on the wind speed that schedules [s].
 
     Raises
     ------
@@ -243,6 +255,7 @@ class LinearQuadratic:
     rated_torque: float
     pitch_time: float
     torque_time: float
+    schedule_time: float = 3.0
 
     def __post_init__(self) -> None:
         wind = finite_array("wind_speed", self.wind_speed)
@@ -256,6 +269,7 @@ class LinearQuadratic:
         finite_number("rated_torque", self.rated_torque, above=0.0)
         finite_number("pitch_time", self.pitch_time, at_least=0.0)
         finite_number("torque_time", self.torque_time, at_least=0.0)
+        finite_number("schedule_time", self.schedule_time, above=0.0)
 
     @classmethod
     def designed(cls, points: OperatingDerivatives, weights: QuadraticWeights) -> LinearQuadratic:
@@ -319,6 +333,7 @@ class LinearQuadratic:
                 )
         return LinearQuadraticParameters(
             on=1,
+            keep=math.exp(-step / self.schedule_time),
             wind=table(self.wind_speed),
             gains=table(self.gains),
             reference=table(self.reference),

@@ -48,8 +48,9 @@ WIND = 8  # estimated rotor-effective wind speed [m/s]
 ROTOR_SPEED = 9  # at the last call [rad/s]
 CLIPPED = 10  # 1 if the range or rate of a blade cut its last command
 ELAPSED = 11  # time since the start [s]
-INDIVIDUAL = 12  # tilt and yaw part of each harmonic [rad], to the end
-MEMORY_SIZE = 12
+SCHEDULED = 12  # estimated wind speed after the LQR's low pass [m/s]
+INDIVIDUAL = 13  # tilt and yaw part of each harmonic [rad], to the end
+MEMORY_SIZE = 13
 
 
 def table(values: FloatArray) -> FloatArray:
@@ -156,10 +157,12 @@ class LinearQuadraticParameters(NamedTuple):
     """Of `pitchopt.control.lqr.LinearQuadratic` over the wind speed (W,).
 
     ``gains`` is (W, 2, 6), of pitch and torque; ``reference`` (W, 4), rotor speed, tower-top
-    displacement, pitch and torque.
+    displacement, pitch and torque.  ``keep`` is the share of the scheduling wind speed that a call
+    leaves.
     """
 
     on: int
+    keep: float
     wind: FloatArray
     gains: FloatArray
     reference: FloatArray
@@ -185,7 +188,7 @@ _NONE = np.zeros(0)
 
 NO_PITCH = PitchParameters(0.0, 1.0, 1.0, 0.0, 0.0)
 NO_LINEAR_QUADRATIC = LinearQuadraticParameters(
-    0, _NONE, np.zeros((0, 2, 6)), np.zeros((0, 4)), 1.0
+    0, 0.0, _NONE, np.zeros((0, 2, 6)), np.zeros((0, 4)), 1.0
 )
 NO_ESTIMATOR = EstimatorParameters(
     0, 0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0, _NONE, _NONE, np.zeros((0, 0))

