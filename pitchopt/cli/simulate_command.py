@@ -140,7 +140,7 @@ def _turbine_options(function: Any) -> Any:
             ),
             click.option(
                 "--inflow", type=click.Choice(["dynamic", "quasi-steady"]), default="dynamic",
-                show_default=True, help="Induction that lags, or momentum balance at every instant.",
+                show_default=True, help="Induction with lag, or balance at every instant.",
             ),
             click.option(
                 "--freedoms", type=Option("names", words), metavar="A,B,...",

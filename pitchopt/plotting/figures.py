@@ -22,7 +22,8 @@ from pitchopt.plotting.passage import plot_loads, plot_profiles
 from pitchopt.plotting.several import plot_regrets, plot_several_profiles
 from pitchopt.plotting.simulation import (
     CURVES,
-    PANELS,
+    OVER_TIME,
+    OVER_WIND_SPEED,
     RunsLike,
     SteadyCurve,
     plot_channel,
@@ -134,11 +135,10 @@ def contraction_figure(loop: LoopLike, *, title: str = "") -> Figure:
 def simulation_figure(result: RunsLike, *, title: str = "") -> Figure:
     """Runs of one wind speed over time, those of several over wind speed."""
     known = [channel.name for channel in result.channels]
-    names = [name for name in PANELS if name in known] or known[: len(PANELS)]
     several = len({run.wind_speed for run in result.runs}) > 1
+    panels = OVER_WIND_SPEED if several else OVER_TIME
+    names = [name for name in panels if name in known] or known[: len(panels)]
     if several:
-        names = ["RotThrust" if name == "Wind1VelX" else name for name in names]
-        names = [name for name in names if name in known]
         rows = -(-len(names) // 2)
         figure = _figure(9.0, 1.0 + 2.5 * rows)
         for number, name in enumerate(names, start=1):

@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CURVES",
-    "PANELS",
+    "OVER_TIME",
+    "OVER_WIND_SPEED",
     "RunsLike",
     "SteadyCurve",
     "plot_channel",
@@ -38,7 +39,8 @@ __all__ = [
     "plot_steady_curve",
 ]
 
-PANELS = ("Wind1VelX", "RotSpeed", "GenPwr", "BldPitch1", "TwrBsMyt", "RootMyc1")
+OVER_TIME = ("Wind1VelX", "RotSpeed", "GenPwr", "BldPitch1", "TwrBsMyt", "RootMyc1")
+OVER_WIND_SPEED = ("GenPwr", "RotSpeed", "BldPitch1", "RotThrust", "TwrBsMyt", "RootMyc1")
 CURVES = ("power", "thrust", "rotor_speed", "pitch")
 _MOST_SEEDS = 6
 _WORDS = {

@@ -40,9 +40,10 @@ Unknown keys are errors that name the nearest known one; paths are relative to t
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -87,7 +88,7 @@ class Numbers(Kind):
         one = Number()
         if not isinstance(value, list | int | float) or value == []:
             self.fail(name, value)
-        return self.factor * np.array([one.read(name, item) for item in items], dtype=np.float64)
+        return np.array([one.read(name, item) for item in items], dtype=np.float64) * self.factor
 
 
 _POSITIVE = Number(above=0.0)
@@ -171,22 +172,27 @@ def controller_from_table(
         controller = named_controller(operation, base)
     changes: dict[str, Any] = {}
     if "torque" in parts:
-        changes["torque"] = dataclasses.replace(controller.torque, **parts["torque"])
+        with _in("torque"):
+            changes["torque"] = dataclasses.replace(controller.torque, **parts["torque"])
     if "pitch" in parts:
         changes["pitch"] = _regulator(parts["pitch"], controller.pitch, operation)
     if "minimum_pitch" in parts:
         _needs(parts, "minimum_pitch", "wind_speed", "pitch_deg")
         found = parts["minimum_pitch"]
-        changes["minimum_pitch"] = MinimumPitchTable(
-            wind_speed=found["wind_speed"], pitch=found["pitch_deg"]
-        )
+        with _in("minimum_pitch"):
+            changes["minimum_pitch"] = MinimumPitchTable(
+                wind_speed=found["wind_speed"], pitch=found["pitch_deg"]
+            )
     if "feedforward" in parts:
         changes["feedforward"] = _profile(parts, operation, folder)
     if "minimum_pitch" in parts or "wind_speed" in parts.get("feedforward", {}):
         changes["estimator"] = operation.estimator
     controller = dataclasses.replace(controller, **changes)
     if "individual" in parts:
-        controller = with_individual(controller, _individual(parts, operation), operation)
+        _needs(parts, "individual", "gain")
+        with _in("individual"):
+            individual = _individual(parts, operation)
+        controller = with_individual(controller, individual, operation)
     return controller
 
 
@@ -196,6 +202,15 @@ def _section(name: str, content: Any) -> dict[str, Any]:
     kinds = _SECTIONS[name]
     only_known(content, tuple(kinds), name)
     return {key: kinds[key].read(f"{name}.{key}", value) for key, value in content.items()}
+
+
+@contextlib.contextmanager
+def _in(section: str) -> Iterator[None]:
+    """Put the section before what is said of a number in it."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{section}.{error}") from error
 
 
 def _needs(parts: Mapping[str, Mapping[str, Any]], section: str, *keys: str) -> None:
@@ -219,7 +234,6 @@ def _regulator(found: dict[str, Any], base: Any, operation: Operation) -> PitchR
 
 
 def _individual(parts: Mapping[str, Mapping[str, Any]], operation: Operation) -> IndividualPitch:
-    _needs(parts, "individual", "gain")
     found = parts["individual"]
     count = found["gain"].size
     fine = operation.fine_pitch
@@ -287,4 +301,4 @@ def _samples(path: Path, point: str | None) -> FloatArray:
             f"{math.degrees(azimuth[0]):g} to {math.degrees(azimuth[-1]):g} deg, expected evenly "
             "spaced ones of a whole turn from 0 on"
         )
-    return pitch
+    return np.asarray(pitch, dtype=np.float64)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from typing import Any
 
 from pitchopt.checks import finite_array, finite_number, whole_number
@@ -79,7 +80,7 @@ class SimulationSettings:
         whole_number("box_points", self.box_points, at_least=2)
         if self.wind_speeds is not None:
             speeds = finite_array("wind_speeds", self.wind_speeds).tolist()
-            if any(b <= a for a, b in zip(speeds, speeds[1:], strict=False)) or speeds[0] <= 0.0:
+            if any(b <= a for a, b in pairwise(speeds)) or speeds[0] <= 0.0:
                 raise InputError(
                     f"wind_speeds: got {', '.join(f'{s:g}' for s in speeds)} m/s, expected "
                     "positive speeds, different and ascending"

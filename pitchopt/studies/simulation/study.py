@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import itertools
 import time
 from collections.abc import Callable, Sequence
@@ -56,8 +57,11 @@ def selected_channels(
         return tuple(known.values())
     for name in names:
         if name not in known:
+            near = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
             raise InputError(
-                f"channels: got {name!r}, expected names out of all, {', '.join(known)}"
+                f"channels: got {name!r}, expected all, or names out of OpenFAST's such as "
+                f"{', '.join(_SCALARS[:5])}; the turbine has {len(known)}{hint}"
             )
     return tuple(known[name] for name in dict.fromkeys(names))
 

@@ -10,6 +10,7 @@ import dataclasses
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from pitchopt.errors import InputError
@@ -89,30 +90,32 @@ def wind_cases(
     speeds = (WIND_SPEED,) if settings.wind_speeds is None else settings.wind_speeds
     means = {speed: _mean(dynamic, settings, speed) for speed in speeds}
     if kind == "none":
-        return [WindCase(u, "none", None, mean, lambda m=mean: m) for u, mean in means.items()]
+        return [WindCase(u, "none", None, mean, partial(_same, mean)) for u, mean in means.items()]
     if kind == "HAWC2":
         box = _hawc2(dynamic, settings, speeds[0])
         return [
-            WindCase(
-                u, box.label, None, mean,
-                lambda m=mean: TurbulentField(  # type: ignore[misc]
-                    mean=m, box=dataclasses.replace(box, mean_speed=m.speed)
-                ),
-            )
+            WindCase(u, box.label, None, mean, partial(_carried, mean, box))
             for u, mean in means.items()
-        ]  # fmt: skip
+        ]
     level = _level(settings)
     word = f"class {level}" if isinstance(level, str) else f"intensity {level:g}"
     return [
         WindCase(
             u, f"Kaimal, {word}", seed, mean,
-            lambda m=mean, s=seed: TurbulentField(  # type: ignore[misc]
-                mean=m, box=_kaimal(dynamic, settings, m.speed, s, cache)
-            ),
+            partial(_kaimal, mean, seed, dynamic, settings, cache),
         )
         for u, mean in means.items()
         for seed in settings.seeds or (1,)
     ]  # fmt: skip
+
+
+def _same(wind: Wind) -> Wind:
+    return wind
+
+
+def _carried(mean: StaticField, box: TurbulenceBox) -> Wind:
+    """Turbulence of a box that holds no mean speed, in a mean wind."""
+    return TurbulentField(mean=mean, box=dataclasses.replace(box, mean_speed=mean.speed))
 
 
 def _kind(settings: SimulationSettings) -> str:
@@ -162,16 +165,16 @@ def _mean(dynamic: DynamicTurbine, settings: SimulationSettings, speed: float) -
 
 
 def _kaimal(
+    mean: StaticField,
+    seed: int,
     dynamic: DynamicTurbine,
     settings: SimulationSettings,
-    speed: float,
-    seed: int,
     cache: BoxCache | None,
-) -> TurbulenceBox:
+) -> Wind:
     reach, hub = dynamic.reach, dynamic.turbine.rotor.hub_height
     half = _MARGIN * max(reach.half_width, reach.high - hub, hub - reach.low)
-    return kaimal_box(
-        speed,
+    box = kaimal_box(
+        mean.speed,
         settings.length,
         settings.box_interval,
         hub_height=hub,
@@ -182,6 +185,7 @@ def _kaimal(
         seed=seed,
         cache=cache,
     )
+    return TurbulentField(mean=mean, box=box)
 
 
 def _turbsim(dynamic: DynamicTurbine, settings: SimulationSettings) -> WindCase:
@@ -206,7 +210,7 @@ def _turbsim(dynamic: DynamicTurbine, settings: SimulationSettings) -> WindCase:
             f"turbulence: {settings.turbulence}: its mean speed holds at "
             f"{wind.reference_height:g} m, expected the hub height of {hub:g} m"
         )
-    return WindCase(speed, wind.box.label, None, field.mean, lambda: field)
+    return WindCase(speed, wind.box.label, None, field.mean, partial(_same, field))
 
 
 def _hawc2(dynamic: DynamicTurbine, settings: SimulationSettings, speed: float) -> TurbulenceBox:
