@@ -29,9 +29,11 @@ def print_simulation(document: Mapping[str, Any]) -> None:
     """What was run, the runs, and the statistics."""
     settings, runs = document["settings"], document["runs"]
     seeds = len({run["seed"] for run in runs})
+    kind = runs[0]["turbulence"]
+    wind = "steady wind" if kind == "none" else kind
     many = f", {seeds} seeds" if seeds > 1 else ""
     click.echo(
-        f"{document['turbine']}: {runs[0]['turbulence']}{many}, controller "
+        f"{document['turbine']}: {wind}{many}, controller "
         f"{settings['controller']}, {settings['duration']:g} s after {settings['skip']:g} s, "
         f"step {settings['step']:g} s, {settings['inflow']} inflow\n"
     )
