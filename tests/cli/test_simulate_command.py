@@ -59,7 +59,7 @@ def test_schema_of_the_document(run, tmp_path):
     expected = {
         "wind_speeds": [8.0, 14.0], "turbulence": "B", "seeds": [1, 2], "duration": 8.0,
         "skip": 2.0, "controller": "baseline", "step": 0.05, "inflow": "dynamic",
-        "box_points": 4, "tower_shadow": True, "pitch_lag": 0.0,
+        "box_points": 4, "tower_shadow": True, "shear": 0.2, "weibull_mean": 10.0, "pitch_lag": 0.0,
     }  # fmt: skip
     assert {name: told[name] for name in expected} == expected
     assert "shaft-torsion" not in told["freedoms"] and "blade-flap" in told["freedoms"]
@@ -232,6 +232,31 @@ def test_run_that_diverges(run, tmp_path):
     assert (tmp_path / "here" / "overview.png").is_file()
 
 
+def test_designed_profile_as_a_feedforward(run, tmp_path):
+    """A profile designed on the static rotor takes tilt and yaw variation off the moving one."""
+    designed = run(
+        "design", "--case", "nrel-5mw", "--wind-speed", "16", "--mean-torque", "rated",
+        "--positions", "12", "--starts", "1", "--no-certify", "--no-plots", "--out", "designed",
+    )  # fmt: skip
+    assert designed.status == 0, designed.err
+    feed = '[feedforward]\nprofile = "designed/{}"\nharmonics = 3\n'
+    found = []
+    for name in (None, "profiles.npz", "profile.csv"):
+        (tmp_path / "own.toml").write_text("" if name is None else feed.format(name))
+        done = run(
+            "simulate", "--wind-speed", "16", "--turbulence", "none", "--step", "0.05", "--skip",
+            "60", "--duration", "20", "--channels", "YawBrMyp,YawBrMzp,GenPwr", "--controller",
+            "own.toml", "--json",
+        )  # fmt: skip
+        assert done.status == 0, done.err
+        found.append(json.loads(done.out)["runs"][0]["statistics"])
+    plain, played, text = found
+    for load in ("YawBrMyp", "YawBrMzp"):
+        assert played[load]["std"] < 0.4 * plain[load]["std"]
+        assert text[load]["std"] == pytest.approx(played[load]["std"], rel=1e-6)
+    assert played["GenPwr"]["mean"] == pytest.approx(plain["GenPwr"]["mean"], rel=1e-3)
+
+
 def bts(path, *, width=140.0, duration=20.0):
     box = kaimal_box(12.0, duration, 0.5, hub_height=90.0, width=width, points=(4, 4), seed=1)
     mean = StaticField(speed=12.0, hub_height=90.0, vertical=PowerLaw(exponent=0.2))
@@ -243,6 +268,8 @@ def test_turbsim_file(document, tmp_path):
     found = document("--turbulence", "wind.bts")
     (one,) = found["runs"]
     assert (one["wind_speed"], one["seed"], one["turbulence"]) == (12.0, None, "TurbSim, wind.bts")
+    told = found["settings"]
+    assert (told["shear"], told["seeds"], told["wind_speeds"]) == (None, [], [12.0])
 
 
 @pytest.mark.parametrize(

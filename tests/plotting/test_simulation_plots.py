@@ -63,7 +63,9 @@ class Runs:
 
 def make(speed=9.0, seed=1, status="finished", rows=50):
     time = 0.2 * np.arange(rows)
-    values = np.column_stack([1000 * speed + np.sin(time + (seed or 0)), 100 * speed + 0 * time, time])
+    values = np.column_stack(
+        [1000 * speed + np.sin(time + (seed or 0)), 100 * speed + 0 * time, time]
+    )
     series = TimeSeries(
         time=time, channels=[c.name for c in CHANNELS], units=[c.unit for c in CHANNELS],
         values=values,

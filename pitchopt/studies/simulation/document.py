@@ -30,6 +30,9 @@ def simulation_document(result: SimulationResult, turbine: Mapping[str, Any]) ->
     settings = {
         **result.settings.plain(),
         "wind_speeds": sorted({run.wind_speed for run in result.runs}),
+        "seeds": list(dict.fromkeys(run.seed for run in result.runs if run.seed is not None)),
+        "shear": result.settings.exponent,
+        "weibull_mean": None if lifetime is None else lifetime.mean_wind_speed,
         "channels": [channel.name for channel in result.channels],
         "controller": result.controller,
         "step": result.step,

@@ -9,9 +9,10 @@ from typing import Any
 from pitchopt.checks import finite_array, finite_number, whole_number
 from pitchopt.errors import InputError
 
-__all__ = ["SHEAR", "WIND_SPEED", "SimulationSettings"]
+__all__ = ["TURBSIM", "WIND_SPEED", "SimulationSettings"]
 
 WIND_SPEED = 12.0
+TURBSIM = ".bts"
 SHEAR = 0.2  # exponent of the normal wind profile, IEC 61400-1
 
 
@@ -103,6 +104,13 @@ class SimulationSettings:
     def length(self) -> float:
         """Of a run [s]."""
         return self.skip + self.duration
+
+    @property
+    def exponent(self) -> float | None:
+        """Of the mean wind's power law; None where a .bts file holds the shear."""
+        if self.shear is None and not self.turbulence.lower().endswith(TURBSIM):
+            return SHEAR
+        return self.shear
 
     def plain(self) -> dict[str, Any]:
         """As plain data."""

@@ -16,7 +16,7 @@ from pathlib import Path
 from pitchopt.errors import InputError
 from pitchopt.sim import DynamicTurbine
 from pitchopt.sim.wind import Wind
-from pitchopt.studies.simulation.settings import SHEAR, WIND_SPEED, SimulationSettings
+from pitchopt.studies.simulation.settings import TURBSIM, WIND_SPEED, SimulationSettings
 from windfield import (
     BoxCache,
     PowerLaw,
@@ -124,7 +124,7 @@ def _kind(settings: SimulationSettings) -> str:
         return "none"
     if isinstance(_level(settings), float) or text in CLASSES:
         return "Kaimal"
-    if text.lower().endswith(".bts"):
+    if text.lower().endswith(TURBSIM):
         return "TurbSim"
     if text.endswith(_BOX) or Path(text + _BOX).is_file():
         return "HAWC2"
@@ -156,10 +156,11 @@ def _shadow(dynamic: DynamicTurbine, settings: SimulationSettings) -> TowerShado
 
 
 def _mean(dynamic: DynamicTurbine, settings: SimulationSettings, speed: float) -> StaticField:
+    exponent = settings.exponent
     return StaticField(
         speed=speed,
         hub_height=dynamic.turbine.rotor.hub_height,
-        vertical=PowerLaw(exponent=SHEAR if settings.shear is None else settings.shear),
+        vertical=None if exponent is None else PowerLaw(exponent=exponent),
         tower=_shadow(dynamic, settings),
     )
 
