@@ -1,9 +1,9 @@
 """A turbine in turbulence: statistics and equivalent loads, and a controller of one's own.
 
 The IEA 15 MW runs in class B turbulence under the controller that follows from its own steady
-operation, with individual pitch on top, and under a controller written in Python: the same torque
-law, and a collective pitch that also damps the tower.  Any object with `start` and `command` can
-steer the turbine.
+operation, with individual pitch on top, and under a controller written in Python: the same as
+the first, with a generator torque that also damps the tower sideways.  Any object with `start` and
+`command` can steer the turbine.
 
     python 15_turbulence.py [FOLDER] [--quick]
 """
@@ -11,19 +11,19 @@ steer the turbine.
 import argparse
 from pathlib import Path
 
-from pitchopt.control.signals import PITCH_COMMAND, TOWER_VX
+from pitchopt.control.signals import TORQUE, TOWER_VY
 from pitchopt.exports import series_csv
 from pitchopt.plotting import png, simulation_figure
 from pitchopt.sim import DynamicTurbine, Operation
 from pitchopt.studies.simulation import SimulationSettings, named_controller, run_simulations
 from pitchopt.turbines import load_turbine
 
-TOWER_GAIN = 0.03  # pitch for the speed of the tower top [rad s/m]
-LOADS = ("TwrBsMyt", "RootMyc1", "GenPwr", "RotSpeed", "BldPitch1")
+TOWER_GAIN = 0.5  # torque for the speed of the tower top, over rated torque [s/m]
+LOADS = ("TwrBsMyt", "TwrBsMxt", "RootMyc1", "GenPwr", "BldPitch1")
 
 
 class TowerDamper:
-    """A compiled controller, with pitch towards feather while the tower top moves downwind."""
+    """A controller, with more torque while the tower top moves left, which pushes it right."""
 
     def __init__(self, inner, gain):
         self.inner, self.gain = inner, gain
@@ -35,8 +35,7 @@ class TowerDamper:
     def command(self, measured):
         """Commands (4,): torque [N m] and the pitch of the blades [rad]."""
         out = self.inner.command(measured)
-        if out[PITCH_COMMAND] > 0.02:  # above rated alone, where pitch holds the speed
-            out[PITCH_COMMAND:] += self.gain * measured[TOWER_VX]
+        out[TORQUE] += self.gain * measured[TOWER_VY]
         return out
 
 
@@ -55,13 +54,13 @@ def main(argv=None):
         duration=60.0 if args.quick else 300.0,
         skip=30.0,
         box_points=7 if args.quick else 13,
-        channels=("Wind1VelX", *LOADS),
+        channels=("Wind1VelX", "RotSpeed", *LOADS),
     )
     tuned = operation.controller()
     controllers = {
         "tuned": tuned,
         "individual pitch": named_controller(operation, "ipc"),
-        "tower damper": TowerDamper(tuned, TOWER_GAIN),
+        "tower damper": TowerDamper(tuned, TOWER_GAIN * tuned.torque.rated_torque),
     }
     print(f"{'':22}" + "".join(f"{name:>14}" for name in LOADS))
     args.folder.mkdir(parents=True, exist_ok=True)

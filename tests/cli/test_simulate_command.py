@@ -242,7 +242,7 @@ def test_designed_profile_as_a_feedforward(run, tmp_path):
     feed = '[feedforward]\nprofile = "designed/{}"\nharmonics = 3\n'
     found = []
     for name in (None, "profiles.npz", "profile.csv"):
-        (tmp_path / "own.toml").write_text("" if name is None else feed.format(name))
+        (tmp_path / "own.toml").write_text('base = "tuned"' if name is None else feed.format(name))
         done = run(
             "simulate", "--wind-speed", "16", "--turbulence", "none", "--step", "0.05", "--skip",
             "60", "--duration", "20", "--channels", "YawBrMyp,YawBrMzp,GenPwr", "--controller",
