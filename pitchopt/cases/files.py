@@ -35,7 +35,15 @@ from pitchopt.errors import InputError
 from pitchopt.turbines.fields import brief
 from pitchopt.turbines.files import read_text
 
-__all__ = ["MAX_BYTES", "builtin_names", "case_from_table", "case_toml", "load_case"]
+__all__ = [
+    "MAX_BYTES",
+    "builtin_names",
+    "case_from_table",
+    "case_toml",
+    "load_case",
+    "only_known",
+    "read_toml",
+]
 
 MAX_BYTES = 1_000_000
 _TOP = ("name", "turbine", "curves")
@@ -114,19 +122,36 @@ def load_case(name_or_path: str | os.PathLike[str]) -> Case:
 
 
 def _read(path: Path) -> Case:
-    try:
-        text = read_text(path, limit=MAX_BYTES)
-    except InputError as error:
-        raise InputError(f"case: {error}") from error
-    try:
-        table = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
-        what = " ".join(str(error).split())[:160] or type(error).__name__
-        raise InputError(f"case: {path}: not valid TOML ({what})") from error
+    table = read_toml(path, "case")
     try:
         return case_from_table(table, folder=path.parent, name=path.stem)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
+
+
+def read_toml(path: Path, field: str) -> dict[str, Any]:
+    """Content of a TOML file that a user handed in.
+
+    Parameters
+    ----------
+    path : Path
+    field : str
+        What the file is, for errors.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, too large, no text or no TOML.
+    """
+    try:
+        text = read_text(path, limit=MAX_BYTES)
+    except InputError as error:
+        raise InputError(f"{field}: {error}") from error
+    try:
+        return tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
+        what = " ".join(str(error).split())[:160] or type(error).__name__
+        raise InputError(f"{field}: {path}: not valid TOML ({what})") from error
 
 
 def case_from_table(
@@ -145,7 +170,7 @@ def case_from_table(
         Name of the case if the table has none.
     """
     known = (*_TOP, *SECTIONS)
-    _only_known(table, known, "")
+    only_known(table, known, "")
     turbine = Text(optional=True).read("turbine", table.get("turbine", ""))
     builtin = turbine in builtin_names()
     if turbine is not None and not builtin and folder is not None:
@@ -163,7 +188,7 @@ def case_from_table(
         if not isinstance(content, dict):
             raise InputError(f"{section}: got {brief(content)}, expected a section [{section}]")
         entries = {entry.key: entry for entry in SCHEMA if entry.section == section}
-        _only_known(content, tuple(entries), section)
+        only_known(content, tuple(entries), section)
         for key, raw in content.items():
             entry = entries[key]
             value = entry.kind.read(entry.name, raw)
@@ -175,7 +200,8 @@ def case_from_table(
     return base.with_values({"name": title, "curves": curves, **values})
 
 
-def _only_known(content: dict[str, Any], known: tuple[str, ...], section: str) -> None:
+def only_known(content: dict[str, Any], known: tuple[str, ...], section: str) -> None:
+    """Refuse keys of a section that are not known, naming the nearest."""
     for key in content:
         if key not in known:
             near = difflib.get_close_matches(str(key), known, n=1, cutoff=0.5)

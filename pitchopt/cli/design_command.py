@@ -181,7 +181,7 @@ def command(**options: Any) -> int:
 
     case = build_case(options)
     as_json = options["as_json"]
-    folder = output.out_folder(options["out"], "design", case, as_json=as_json)
+    folder = output.out_folder(options["out"], "design", case.name, as_json=as_json)
     solved = solve(case, options)
     files = _files(solved, plots=not options["no_plots"]) if folder else {}
     document = design_document(

@@ -191,7 +191,7 @@ def command(**options: Any) -> int:
     case = build_case(options).with_values({"objective.blade_cap": None})
     settings = _settings(case, options)
     as_json = options["as_json"]
-    folder = output.out_folder(options["out"], "learn", case, as_json=as_json)
+    folder = output.out_folder(options["out"], "learn", case.name, as_json=as_json)
     with Progress() as progress:
         result = learn(case, settings, checkpoint=options["checkpoint"], progress=progress)
     document = learning_document(result, case.settings())

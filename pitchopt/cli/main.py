@@ -24,6 +24,7 @@ _COMMANDS = {
     "robust": "One pitch profile for several winds: weighted, or for the largest regret.",
     "schedule": "A table of pitch profiles over wind speed, with bounded change.",
     "learn": "A pitch profile learned from measured loads alone, beside the designed one.",
+    "simulate": "The turbine in turbulence: statistics, damage-equivalent loads, time series.",
     "check": "Compute stored bounds again, from curves and multipliers alone.",
     "export": "A profile as CSV, as harmonics, or as AeroDyn motion files.",
     "turbines": "What the catalogue holds; templates of case files.",
@@ -37,6 +38,7 @@ Examples:
   pitchopt design --max-power-loss 3% --certify deep --certify-gap 1% --out proven
   pitchopt check proven/certificates.npz
   pitchopt learn --wind-step 22:+2
+  pitchopt simulate --wind-speed 12 --turbulence B --seeds 6
   pitchopt turbines --template nrel-5mw > my-case.toml
   pitchopt export demo/profiles.npz --point knee --format harmonics
 

@@ -15,14 +15,17 @@ if TYPE_CHECKING:
 __all__ = ["case_line", "model_lines", "out_folder", "save", "wind_plot"]
 
 
-def out_folder(out: str | None, command: str, case: Case, *, as_json: bool) -> Path | None:
-    """Folder for the files, checked before the computation; None for no files."""
+def out_folder(out: str | None, command: str, name: str, *, as_json: bool) -> Path | None:
+    """Folder for the files, checked before the computation; None for no files.
+
+    `name` is that of the case or the turbine.
+    """
     from pitchopt.exports import check_folder
 
     if out is None:
         if as_json:
             return None
-        out = f"{command}-{case.name.replace('/', '-').replace(' ', '-')}"
+        out = f"{command}-{name.replace('/', '-').replace(' ', '-')}"
     return check_folder(out, "--out")
 
 

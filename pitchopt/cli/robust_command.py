@@ -71,7 +71,7 @@ def command(**options: Any) -> int:
     if weights is not None and winds.weights is not None:
         raise InputError("--wind-weights: got some besides the column weight, expected one of them")
     weights = winds.weights if weights is None else weights
-    folder = output.out_folder(options["out"], "robust", case, as_json=options["as_json"])
+    folder = output.out_folder(options["out"], "robust", case.name, as_json=options["as_json"])
     from pitchopt.design import robust
 
     with Progress() as progress:

@@ -63,7 +63,7 @@ def command(**options: Any) -> int:
     change = options["max_change_deg"]
     if change is not None and len(change) != 1:
         raise InputError(f"--max-change-deg: got {len(change)} numbers, expected one")
-    folder = output.out_folder(options["out"], "schedule", case, as_json=options["as_json"])
+    folder = output.out_folder(options["out"], "schedule", case.name, as_json=options["as_json"])
     from pitchopt.design import schedule
 
     with Progress() as progress:

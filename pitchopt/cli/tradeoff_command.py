@@ -89,7 +89,7 @@ def command(**options: Any) -> int:
     if mu and options["points"] is not None:
         raise InputError("--points: got a number together with --mu, expected one of the two")
     as_json = options["as_json"]
-    folder = output.out_folder(options["out"], "tradeoff", case, as_json=as_json)
+    folder = output.out_folder(options["out"], "tradeoff", case.name, as_json=as_json)
     settings = case.settings()
     task = case.task()
     from pitchopt.design import tradeoff

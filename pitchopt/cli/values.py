@@ -23,14 +23,19 @@ __all__ = [
     "case_value",
     "numbers",
     "positive",
+    "seeds",
+    "shape",
+    "spacing",
     "torque",
     "whole",
     "wind_drift",
     "wind_ramp",
     "wind_step",
+    "words",
 ]
 
 DRIFT_ROTATIONS = 20.0
+MOST_SEEDS = 10_000
 
 Parser = Callable[[str, str], Any]
 """From the option's name and the text that it was given to the value, or an `InputError`."""
@@ -210,3 +215,54 @@ def positive(high: float, unit: str) -> Parser:
         return value
 
     return parse
+
+
+def words(name: str, text: str) -> tuple[str, ...]:
+    """Words separated by commas."""
+    found = tuple(part.strip() for part in text.split(","))
+    if not all(found):
+        raise InputError(f"{name}: got {text!r}, expected words separated by commas")
+    return found
+
+
+def seeds(name: str, text: str) -> tuple[int, ...]:
+    """Seeds of ``6`` (1 to 6), ``3:8`` or ``1,5,9``."""
+    body = text.strip()
+    parts = body.split(":") if ":" in body else body.split(",")
+    if not all(part.strip().isdecimal() and len(part.strip()) < 19 for part in parts):
+        raise _bad_seeds(name, text)
+    values = [int(part) for part in parts]
+    if ":" in body:
+        if len(values) != 2 or not 0 <= values[1] - values[0] < MOST_SEEDS:
+            raise _bad_seeds(name, text)
+        return tuple(range(values[0], values[1] + 1))
+    if len(values) > 1:
+        return tuple(values)
+    if not 1 <= values[0] <= MOST_SEEDS:
+        raise _bad_seeds(name, text)
+    return tuple(range(1, values[0] + 1))
+
+
+def _bad_seeds(name: str, text: str) -> InputError:
+    return InputError(
+        f"{name}: got {text!r}, expected their number such as 6 for seeds 1 to 6 (at most "
+        f"{MOST_SEEDS}), a range such as 3:8, or seeds such as 1,5,9"
+    )
+
+
+def shape(name: str, text: str) -> tuple[int, ...]:
+    """Three numbers of points of ``4096,32,32``."""
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) != 3 or not all(part.isdecimal() and 2 <= int(part) < 10**7 for part in parts):
+        raise InputError(
+            f"{name}: got {text!r}, expected three whole numbers of at least 2, such as 4096,32,32"
+        )
+    return tuple(map(int, parts))
+
+
+def spacing(name: str, text: str) -> tuple[float, ...]:
+    """Three distances [m] of ``2,5,5``."""
+    values = tuple(map(_number, text.split(",")))
+    if len(values) != 3 or not all(math.isfinite(value) and value > 0 for value in values):
+        raise InputError(f"{name}: got {text!r}, expected three numbers above 0 [m], such as 2,5,5")
+    return values

@@ -9,6 +9,7 @@ from pitchopt.exports.aerodyn import BladeMotion, blade_motion, motion_files, re
 from pitchopt.exports.certificates import certificates_file, read_certificates
 from pitchopt.exports.files import check_folder, write_files, write_whole
 from pitchopt.exports.harmonics import Harmonics, harmonics, harmonics_csv, read_harmonics_csv
+from pitchopt.exports.outb import outb_bytes, read_outb
 from pitchopt.exports.profiles import (
     ProfileSet,
     profile_csv,
@@ -23,6 +24,14 @@ from pitchopt.exports.records import (
     tradeoff_csv,
     tradeoff_document,
 )
+from pitchopt.exports.series import (
+    TimeSeries,
+    read_series_csv,
+    read_series_npz,
+    series_csv,
+    series_npz,
+    series_of,
+)
 from pitchopt.exports.several import (
     read_schedule_csv,
     schedule_csv,
@@ -34,6 +43,7 @@ __all__ = [
     "BladeMotion",
     "Harmonics",
     "ProfileSet",
+    "TimeSeries",
     "blade_motion",
     "certificates_file",
     "check_folder",
@@ -43,14 +53,21 @@ __all__ = [
     "harmonics",
     "harmonics_csv",
     "motion_files",
+    "outb_bytes",
     "profile_csv",
     "profile_set",
     "read_certificates",
     "read_harmonics_csv",
     "read_motion_files",
+    "read_outb",
     "read_profile_csv",
     "read_schedule_csv",
+    "read_series_csv",
+    "read_series_npz",
     "schedule_csv",
+    "series_csv",
+    "series_npz",
+    "series_of",
     "several_document",
     "several_npz",
     "tradeoff_csv",

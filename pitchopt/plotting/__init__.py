@@ -14,6 +14,8 @@ from pitchopt.plotting.figures import (
     png,
     profiles_figure,
     several_figures,
+    simulation_figure,
+    steady_curves_figure,
     tradeoff_figure,
 )
 from pitchopt.plotting.learning import (
@@ -25,27 +27,39 @@ from pitchopt.plotting.learning import (
 from pitchopt.plotting.passage import plot_loads, plot_profiles
 from pitchopt.plotting.polar import plot_polar_fit
 from pitchopt.plotting.several import plot_regrets, plot_several_profiles
+from pitchopt.plotting.simulation import (
+    SteadyCurve,
+    plot_channel,
+    plot_over_wind_speed,
+    plot_steady_curve,
+)
 from pitchopt.plotting.tradeoff import plot_tradeoff
 from pitchopt.plotting.wind import plot_wind_field
 
 __all__ = [
+    "SteadyCurve",
     "contraction_figure",
     "learned_profiles_figure",
     "learning_figure",
     "loads_figure",
+    "plot_channel",
     "plot_contraction",
     "plot_learned_profiles",
     "plot_learning",
     "plot_loads",
+    "plot_over_wind_speed",
     "plot_polar_fit",
     "plot_profiles",
     "plot_regrets",
     "plot_several_profiles",
+    "plot_steady_curve",
     "plot_torque",
     "plot_tradeoff",
     "plot_wind_field",
     "png",
     "profiles_figure",
     "several_figures",
+    "simulation_figure",
+    "steady_curves_figure",
     "tradeoff_figure",
 ]

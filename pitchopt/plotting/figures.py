@@ -1,4 +1,4 @@
-"""Whole figures of a trade-off, a design or a learning run, and their PNG files.
+"""Whole figures of a trade-off, a design, a learning run or simulated runs, and their PNG files.
 
 They use no pyplot, hence no state that others share, and return figures; `png` renders one.
 """
@@ -6,7 +6,7 @@ They use no pyplot, hence no state that others share, and return figures; `png` 
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from pitchopt.aero.curves import LOADS
@@ -20,6 +20,16 @@ from pitchopt.plotting.learning import (
 )
 from pitchopt.plotting.passage import plot_loads, plot_profiles
 from pitchopt.plotting.several import plot_regrets, plot_several_profiles
+from pitchopt.plotting.simulation import (
+    CURVES,
+    OVER_TIME,
+    OVER_WIND_SPEED,
+    RunsLike,
+    SteadyCurve,
+    plot_channel,
+    plot_over_wind_speed,
+    plot_steady_curve,
+)
 from pitchopt.plotting.tradeoff import plot_tradeoff
 
 if TYPE_CHECKING:
@@ -37,6 +47,8 @@ __all__ = [
     "png",
     "profiles_figure",
     "several_figures",
+    "simulation_figure",
+    "steady_curves_figure",
     "tradeoff_figure",
 ]
 
@@ -116,6 +128,53 @@ def contraction_figure(loop: LoopLike, *, title: str = "") -> Figure:
     """Contraction of the paper's learner over the rotor positions."""
     figure = _figure(6.8, 4.0)
     plot_contraction(loop, ax=figure.add_subplot())
+    figure.suptitle(title, x=0.01, ha="left", fontsize="medium")
+    return figure
+
+
+def simulation_figure(result: RunsLike, *, title: str = "") -> Figure:
+    """Runs of one wind speed over time, those of several over wind speed."""
+    known = [channel.name for channel in result.channels]
+    several = len({run.wind_speed for run in result.runs}) > 1
+    panels = OVER_WIND_SPEED if several else OVER_TIME
+    names = [name for name in panels if name in known] or known[: len(panels)]
+    if several:
+        rows = -(-len(names) // 2)
+        figure = _figure(9.0, 1.0 + 2.5 * rows)
+        for number, name in enumerate(names, start=1):
+            ax = figure.add_subplot(rows, 2, number)
+            plot_over_wind_speed(result, name, label=False, ax=ax)
+        handles = {
+            text: handle
+            for ax in figure.axes
+            for handle, text in zip(*ax.get_legend_handles_labels(), strict=True)
+        }
+        figure.legend(handles.values(), handles, loc="outside lower center", frameon=False, ncols=2)
+    else:
+        figure = _figure(9.0, 1.0 + 1.55 * len(names))
+        axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+        for ax, name in zip(axes, names, strict=True):
+            plot_channel(result, name, ax=ax)
+        axes[-1].set_xlabel("time [s]")
+        figure.align_ylabels()
+        if len(result.runs) > 1:
+            figure.legend(
+                *axes[0].get_legend_handles_labels(), loc="outside lower center", frameon=False,
+                ncols=6,
+            )  # fmt: skip
+    figure.suptitle(title, x=0.01, ha="left", fontsize="medium")
+    return figure
+
+
+def steady_curves_figure(turbines: Sequence[SteadyCurve], *, title: str = "") -> Figure:
+    """Power, thrust, rotor speed and pitch of turbines over wind speed."""
+    figure = _figure(9.0, 6.6)
+    axes = figure.subplots(2, 2).ravel()
+    for ax, quantity in zip(axes, CURVES, strict=True):
+        plot_steady_curve(turbines, quantity, ax=ax)
+    figure.legend(
+        *axes[0].get_legend_handles_labels(), loc="outside lower center", frameon=False, ncols=4
+    )
     figure.suptitle(title, x=0.01, ha="left", fontsize="medium")
     return figure
 

@@ -30,6 +30,13 @@ WRITES = {
     "12_schedule": ["12_schedule.csv"],
     "13_learning": ["13_adaptive.png", "13_paper.png"],
     "14_own_plant": ["14_convergence.png"],
+    "15_turbulence": [
+        "15_individual_pitch.png",
+        "15_series.csv",
+        "15_tower_damper.png",
+        "15_tuned.png",
+    ],
+    "16_steady_curves": ["16_steady_curves.png"],
 }
 
 

@@ -1,0 +1,336 @@
+"""``pitchopt simulate``: a dynamic turbine in steady or turbulent wind."""
+
+from __future__ import annotations
+
+import os
+import time
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pitchopt.cli.options import json_option, output_options
+from pitchopt.cli.values import (
+    Option,
+    between,
+    numbers,
+    positive,
+    seeds,
+    shape,
+    spacing,
+    whole,
+    words,
+)
+from pitchopt.errors import InputError
+
+if TYPE_CHECKING:
+    from pitchopt.sim import DynamicTurbine
+    from pitchopt.studies.simulation import SimulationResult, SimulationSettings
+    from windfield import BoxCache
+
+__all__ = ["command"]
+
+FORMATS = ("csv", "npz", "outb")
+DEFAULT_TURBINE = "nrel-5mw"
+
+_EPILOG = """\b
+Examples:
+  pitchopt simulate --wind-speed 12 --turbulence B --seeds 6
+  pitchopt simulate --wind-speed 4,8,12,16,20,24 --seeds 6 --out campaign
+  pitchopt simulate --turbulence none --wind-speed 9 --duration 120 --controller tuned
+  pitchopt simulate --turbine iea-15-240 --controller ipc --channels GenPwr,RootMyc1 --json
+  pitchopt simulate --turbulence my-wind.bts --format outb
+  pitchopt simulate --turbulence box_u.bin --box-shape 4096,32,32 --box-spacing 2,5,5
+  pitchopt simulate --controller my-controller.toml
+
+\b
+Files: simulation.json, statistics.csv (a row for each run and channel), overview.png,
+and one file a run and format, such as u12_s1.csv. Names and units of channels are
+OpenFAST's. Equivalent loads are of 1 Hz, with slope 10 for blade roots and 4 elsewhere.
+
+\b
+A controller file has a base (baseline, tuned or lqr) and sections that change it:
+  base = "tuned"
+  [torque]         factor, constant_power
+  [pitch]          frequency, damping; or proportional, integral, linear, quadratic,
+                   reference_rpm
+  [lqr]            tower_velocity
+  [minimum_pitch]  wind_speed = [8, 11, 14], pitch_deg = [0, 3, 0]
+  [individual]     gain, harmonics, offset_deg, amplitude_deg, fade_from_deg,
+                   fade_to_deg, fade_time
+  [feedforward]    profile (a file of pitchopt design or tradeoff), point, harmonics;
+                   or cosine_deg, sine_deg; time_constant, amplitude, wind_speed, scale
+
+\b
+The first run on a machine compiles the time loop, which takes about a minute. A run
+that diverges has its status and time in tables and JSON, and the exit status is 1."""
+
+
+def _wind_options(function: Any) -> Any:
+    """Wind and length of the runs."""
+    for option in reversed(
+        [
+            click.option(
+                "--wind-speed", "wind_speeds", type=Option("m/s", numbers), metavar="M/S",
+                multiple=True, help="Mean wind speed at the hub, several as 8,12,16.  "
+                "[default: 12, or that of the .bts file]",
+            ),
+            click.option(
+                "--turbulence", metavar="A+|A|B|C|none|FILE", default="B", show_default=True,
+                help="Class of IEC 61400-1, an intensity such as 0.14, steady wind, a TurbSim file "
+                "(.bts) or a HAWC2 box (FILE_u.bin).",
+            ),
+            click.option(
+                "--seeds", type=Option("seeds", seeds), metavar="N|A:B|A,B,...",
+                help="Seeds of the turbulence.  [default: 1]",
+            ),
+            click.option(
+                "--duration", type=Option("s", positive(1e5, "s")), metavar="S", default="600",
+                show_default=True, help="Time that statistics are taken over.",
+            ),
+            click.option(
+                "--skip", type=Option("s", between(0, 1e5, "s")), metavar="S", default="60",
+                show_default=True, help="Start-up before that, simulated and left out.",
+            ),
+            click.option(
+                "--shear", type=Option("x", between(-1, 1, "-")), metavar="X",
+                help="Exponent of the vertical shear.  [default: 0.2, or the .bts file's own]",
+            ),
+            click.option("--no-tower-shadow", is_flag=True, help="Leave out the tower's shadow."),
+            click.option(
+                "--box-points", type=Option("n", whole(2, 200)), metavar="N", default="13",
+                show_default=True, help="Grid of a Kaimal box across and upward.",
+            ),
+            click.option(
+                "--box-shape", type=Option("n", shape), metavar="NX,NY,NZ",
+                help="Points of a HAWC2 box.",
+            ),
+            click.option(
+                "--box-spacing", type=Option("m", spacing), metavar="DX,DY,DZ",
+                help="Their distances [m].",
+            ),
+            click.option(
+                "--cache", metavar="DIR",
+                help="Folder in which Kaimal boxes are kept.  [default: windfield in the user's "
+                "cache folder]",
+            ),
+            click.option("--no-cache", is_flag=True, help="Keep no boxes."),
+            click.option(
+                "--weibull-mean", type=Option("m/s", positive(50, "m/s")), metavar="M/S",
+                help="Mean wind speed of the site, for sums over several wind speeds.  [default: "
+                "that of the turbine's class]",
+            ),
+        ]
+    ):  # fmt: skip
+        function = option(function)
+    return function
+
+
+def _turbine_options(function: Any) -> Any:
+    """Turbine, controller and model."""
+    for option in reversed(
+        [
+            click.option(
+                "--turbine", metavar="KEY|FILE", default=DEFAULT_TURBINE, show_default=True,
+                help="Of the catalogue, or a windIO file (.yaml).",
+            ),
+            click.option(
+                "--controller", metavar="NAME|FILE.toml", default="baseline", show_default=True,
+                help="baseline (published for the NREL 5 MW, tuned for others), tuned, lqr, ipc, "
+                "or a file, see below.",
+            ),
+            click.option(
+                "--inflow", type=click.Choice(["dynamic", "quasi-steady"]), default="dynamic",
+                show_default=True, help="Induction with lag, or balance at every instant.",
+            ),
+            click.option(
+                "--freedoms", type=Option("names", words), metavar="A,B,...",
+                help="Degrees of freedom that move: rotor-speed, tower-fore-aft, tower-side-side, "
+                "blade-flap, blade-edge, shaft-torsion, or none.  [default: all but the last]",
+            ),
+            click.option(
+                "--pitch-lag", type=Option("s", between(0, 10, "s")), metavar="S", default="0",
+                show_default=True, help="Time constant of the pitch actuators.",
+            ),
+            click.option(
+                "--step", type=Option("s", positive(0.2, "s")), metavar="S", default="0.02",
+                show_default=True, help="Step of the time loop.",
+            ),
+            click.option(
+                "--workers", type=Option("n", whole(1, 1024)), metavar="N",
+                help="Threads.  [default: one a processor]",
+            ),
+        ]
+    ):  # fmt: skip
+        function = option(function)
+    return function
+
+
+@click.command("simulate", epilog=_EPILOG)
+@_wind_options
+@_turbine_options
+@click.option(
+    "--channels",
+    type=Option("names", words),
+    metavar="A,B,...",
+    help="Channels of tables and files, or all.  [default: speeds, power, pitch, main loads]",
+)
+@click.option(
+    "--format",
+    "formats",
+    type=Option("names", words),
+    metavar="csv|npz|outb",
+    multiple=True,
+    default=("csv",),
+    show_default="csv",
+    help="Of the time series, several as csv,outb.",
+)
+@click.option(
+    "--interval",
+    type=Option("s", positive(10, "s")),
+    metavar="S",
+    default="0.05",
+    show_default=True,
+    help="Between two instants of the time series.",
+)
+@click.option("--no-plots", is_flag=True, help="Leave out the picture.")
+@output_options
+@json_option
+def command(**options: Any) -> int:
+    """The turbine in turbulence.
+
+    Runs a turbine that moves (blades, tower, rotor speed) under a controller through steady wind
+    or turbulence, and reports statistics and damage-equivalent loads.
+    """
+    began = time.perf_counter()
+    from pitchopt.cli import output
+    from pitchopt.cli.progress import Progress
+    from pitchopt.exports import document_text
+    from pitchopt.sim import Operation
+    from pitchopt.studies.simulation import (
+        load_controller,
+        run_simulations,
+        simulation_document,
+    )
+
+    formats = tuple(dict.fromkeys(word for group in options["formats"] for word in group))
+    for word in formats:
+        if word not in FORMATS:
+            raise InputError(f"--format: got {word!r}, expected one of {', '.join(FORMATS)}")
+    settings = _settings(options)
+    dynamic = _dynamic(options)
+    as_json = options["as_json"]
+    folder = output.out_folder(options["out"], "simulate", dynamic.turbine.name, as_json=as_json)
+    cache = _cache(options)
+    operation = Operation(dynamic)
+    with Progress() as progress:
+        controller = load_controller(options["controller"], operation)
+        result = run_simulations(
+            dynamic,
+            controller,
+            settings,
+            name=options["controller"],
+            operation=operation,
+            cache=cache,
+            workers=options["workers"] or os.cpu_count() or 1,
+            progress=progress,
+        )
+    document = simulation_document(
+        result,
+        {
+            "inflow": dynamic.inflow,
+            "freedoms": list(dynamic.freedoms),
+            "pitch_lag": options["pitch_lag"],
+        },
+    )
+    files = _files(result, document, formats, plots=not options["no_plots"]) if folder else {}
+    document["seconds"] = time.perf_counter() - began
+    written = output.save(
+        folder, {**files, "simulation.json": document_text(document)} if folder else {}
+    )
+    if as_json:
+        click.echo(document_text(document), nl=False)
+    else:
+        from pitchopt.cli.simulate_tables import print_simulation
+
+        print_simulation(document)
+        output.closing(folder, written, document["seconds"])
+    for run in result.runs:
+        if run.status == "diverged":
+            seed = "" if run.seed is None else f", seed {run.seed}"
+            click.echo(f"pitchopt: {run.wind_speed:g} m/s{seed}: {run.message}", err=True)
+    return 1 if result.diverged else 0
+
+
+def _settings(options: dict[str, Any]) -> SimulationSettings:
+    from pitchopt.studies.simulation import SimulationSettings
+
+    speeds = sorted(speed for group in options["wind_speeds"] for speed in group)
+    names = (
+        *("turbulence", "seeds", "duration", "skip", "interval", "shear", "box_points"),
+        *("box_shape", "box_spacing", "channels", "weibull_mean"),
+    )
+    return SimulationSettings(
+        wind_speeds=tuple(speeds) or None,
+        tower_shadow=not options["no_tower_shadow"],
+        **{name: options[name] for name in names},
+    )
+
+
+def _dynamic(options: dict[str, Any]) -> DynamicTurbine:
+    from pitchopt.control import PitchActuator
+    from pitchopt.sim import DynamicTurbine
+    from pitchopt.turbines import load_turbine
+
+    turbine = load_turbine(options["turbine"])
+    given: dict[str, Any] = {}
+    if options["freedoms"] is not None:
+        given["freedoms"] = () if options["freedoms"] == ("none",) else options["freedoms"]
+    if options["pitch_lag"] > 0.0:
+        low, high = turbine.pitch_range
+        given["actuator"] = PitchActuator(
+            lowest=low, highest=high, rate=turbine.pitch_rate, time_constant=options["pitch_lag"]
+        )
+    return DynamicTurbine(turbine=turbine, inflow=options["inflow"], step=options["step"], **given)
+
+
+def _cache(options: dict[str, Any]) -> BoxCache | None:
+    from windfield import BoxCache
+
+    if options["no_cache"]:
+        if options["cache"] is not None:
+            raise InputError("--no-cache: got it together with --cache, expected one of them")
+        return None
+    return BoxCache(options["cache"])
+
+
+def _files(
+    result: SimulationResult,
+    document: dict[str, Any],
+    formats: tuple[str, ...],
+    *,
+    plots: bool,
+) -> dict[str, bytes | str]:
+    from pitchopt.exports import outb_bytes, series_csv, series_npz
+    from pitchopt.studies.simulation import statistics_csv
+
+    files: dict[str, bytes | str] = {"statistics.csv": statistics_csv(document)}
+    for run in result.runs:
+        stem = f"u{run.wind_speed:g}" + ("" if run.seed is None else f"_s{run.seed}")
+        if "csv" in formats:
+            files[f"{stem}.csv"] = series_csv(run.series)
+        if "npz" in formats:
+            files[f"{stem}.npz"] = series_npz(run.series)
+        if "outb" in formats and run.series.time.size > 1:
+            text = f"pitchopt: {result.turbine}, {run.turbulence}, {run.wind_speed:g} m/s"
+            files[f"{stem}.outb"] = outb_bytes(
+                run.series, description=text.encode("ascii", errors="replace").decode("ascii")
+            )
+    if plots:
+        from pitchopt.plotting import png, simulation_figure
+
+        files["overview.png"] = png(simulation_figure(result, title=_title(result)))
+    return files
+
+
+def _title(result: SimulationResult) -> str:
+    return f"{result.turbine}, {result.runs[0].turbulence}, controller {result.controller}"
