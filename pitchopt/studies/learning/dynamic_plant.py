@@ -21,6 +21,10 @@ Two ways to run the rotor:
   profile's mean acts at once and is taken back by the controller within its own time, that of a
   few rotations.  The generator sets the mean torque.
 
+In turbulence the loads of one passage are mostly chance.  With `averaged` = n the plant holds every
+profile for 1 + B n passages of the turbine, a number after which each blade stands where it does
+after one, and answers with the mean over the last B n of them, n rotations.
+
 The answer to a profile depends on what was before: structure, wake, controller and turbulence go
 on.  :meth:`DynamicPlant.state` and :meth:`~DynamicPlant.restore` carry all of it over.
 """
@@ -74,6 +78,8 @@ class DynamicPlant:
         Its azimuth is not used.
     controller : TurbineController, optional
         Given with, and only with, a rotor whose speed is free.
+    averaged : int
+        Rotations n over which the loads of a profile are averaged; 0 for those of one passage.
     warm_up : int
         Rotations at the starting pitch before the first passage, in which transients die away.
 
@@ -94,7 +100,8 @@ class DynamicPlant:
         positions: int,
         start: Start,
         controller: TurbineController | None = None,
-        warm_up: int = 20,
+        averaged: int = 0,
+        warm_up: int = 40,
     ) -> None:
         from pitchopt.control.kernels import start as begin_control
 
@@ -115,6 +122,7 @@ class DynamicPlant:
             )
         check_wind(dynamic.turbine, dynamic.reach, wind, dynamic.step, repeat=True)
         self._start = start
+        self.averaged = whole_number("averaged", averaged, at_least=0)
         self._run = TurbineRun(
             dynamic,
             wind,
@@ -173,8 +181,13 @@ class DynamicPlant:
 
     @property
     def passages(self) -> int:
-        """Passages made after the warm-up."""
+        """Passages made after the warm-up, each of `turns` of the turbine."""
         return int(self._own["passages"][0])
+
+    @property
+    def turns(self) -> int:
+        """Passages of the turbine in one of the plant, 1 or 1 + B n."""
+        return 1 + self.blades * self.averaged
 
     def passage(self, profile: ArrayLike, number: int) -> FloatArray:
         """Turn by one blade passage.
@@ -213,9 +226,23 @@ class DynamicPlant:
                 f"number: got {number}, expected {self.passages}: the turbine runs on from the "
                 "passage before"
             )
-        loads = self._turn(own, number)
+        turned = [self._turn(own, number + turn) for turn in range(self.turns)]
         self._own["passages"][0] += 1.0
-        return loads
+        return np.asarray(turned[0] if self.turns == 1 else np.mean(turned[1:], axis=0))
+
+    def held(self, profile: ArrayLike, rotations: int) -> FloatArray:
+        """Loads (R, B, 4, m) of coming rotations with a profile, passage by passage.
+
+        A plant that does not average is needed, as nothing of a passage is kept else.
+        """
+        if self.turns != 1:
+            raise InputError(
+                f"averaged: got a plant that averages over {self.averaged} rotations, expected 0"
+            )
+        first = self.passages
+        count = whole_number("rotations", rotations, at_least=1) * self.blades
+        loads = [self.passage(profile, first + j) for j in range(count)]
+        return np.reshape(loads, (rotations, self.blades, 4, self._positions))
 
     def _turn(self, own: FloatArray, number: int) -> FloatArray:
         """Loads (4, m) of a passage with profiles (B, N), or (N,) for all."""
