@@ -26,6 +26,11 @@ from pitchopt.plotting.passage import plot_loads, plot_profiles
 from pitchopt.plotting.polar import plot_polar_fit
 from pitchopt.plotting.several import plot_regrets, plot_several_profiles
 from pitchopt.plotting.tradeoff import plot_tradeoff
+from pitchopt.plotting.turbine_learning import (
+    plot_turbine_learning,
+    plot_turbine_profiles,
+    turbine_learning_figure,
+)
 from pitchopt.plotting.wind import plot_wind_field
 
 __all__ = [
@@ -43,9 +48,12 @@ __all__ = [
     "plot_several_profiles",
     "plot_torque",
     "plot_tradeoff",
+    "plot_turbine_learning",
+    "plot_turbine_profiles",
     "plot_wind_field",
     "png",
     "profiles_figure",
     "several_figures",
     "tradeoff_figure",
+    "turbine_learning_figure",
 ]

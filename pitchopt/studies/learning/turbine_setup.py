@@ -6,9 +6,9 @@ steady wind and in turbulence of any seed.
 
 Lag.  A learner takes the loads at a position for the answer to the pitch there.  Here they
 answer later: commands are half a station late, the actuators lag, and a flapping blade follows its
-loads after 2 zeta / omega of its first mode (the flap mode of the `nrel-5mw` at 0.7 Hz with
-aerodynamic damping: 0.2 to 0.3 s, or 13 to 20 degrees of azimuth).  The lag is measured from the loads: under
-cyclic pitch beta = a cos(psi - eps) the mean tilt and yaw are
+loads after 2 zeta / omega of its first mode (that of the `nrel-5mw` at 0.7 Hz with aerodynamic
+damping: 0.2 to 0.3 s, or 13 to 20 degrees of azimuth).  The lag is measured from the loads:
+under cyclic pitch beta = a cos(psi - eps) the mean tilt and yaw are
 
     (tilt, yaw) = -g a (cos(eps + phi), sin(eps + phi)),
 

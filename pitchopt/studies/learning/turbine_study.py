@@ -5,7 +5,7 @@
 What a run starts from and is compared with:
 
 - start: the constant pitch that the static model has for the set-point; with a controller that of
-  steady operation.  The set-point is the mean torque that the turbine has with it in the steady wind;
+  steady operation.  The set-point is the mean torque of the turbine with it in the steady wind;
 - constant: the start pitch held on a twin of the plant, over the same passages in the same wind;
 - design: the model-based profile of the static rotor at the same mean torque, told to the
   turbine earlier by the measured lag.
