@@ -172,8 +172,8 @@ def _print(case: Case, document: Mapping[str, Any]) -> None:
         rows.append(
             [
                 str(at),
-                number(1e-3 * row["rms_weighted_rotation"]),
-                number(1e-3 * row["constant_rms_weighted_rotation"]),
+                number(1e-3 * row["rms_weighted"]),
+                number(1e-3 * row["constant_rms_weighted"]),
                 number(100 * row["left"], "%"),
                 number(1e-3 * row["mean_torque"]),
                 number(row["mean_pitch_deg"], "deg"),

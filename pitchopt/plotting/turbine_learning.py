@@ -1,7 +1,7 @@
 """A learning run on the dynamic turbine: loads over rotations, and the profiles.
 
-The load of a rotation is the weighted RMS of all its samples, over that of the constant pitch in
-the same rotation of the same wind.
+The load of a rotation is the weighted RMS in its passages, over that of the constant pitch in the
+same passages of the same wind.
 """
 
 from __future__ import annotations

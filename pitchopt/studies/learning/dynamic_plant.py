@@ -175,6 +175,11 @@ class DynamicPlant:
         return self._run.time
 
     @property
+    def pitch(self) -> FloatArray:
+        """Of the blades now, (B,) [rad]."""
+        return np.array(self._run.state.pitch)
+
+    @property
     def rotor_speed(self) -> float:
         """Now [rad/s]."""
         return float(self._run.measured()[ROTOR_SPEED])

@@ -33,7 +33,7 @@ from pitchopt.checks import FloatArray, finite_number, whole_number
 from pitchopt.control import PitchActuator, TurbineController
 from pitchopt.errors import InputError
 from pitchopt.sim import FREEDOMS, DynamicTurbine, Operation, Start
-from pitchopt.sim.wind import Wind
+from pitchopt.sim.wind import Wind, check_wind
 from pitchopt.studies.learning.dynamic_plant import DynamicPlant, whole_step
 from pitchopt.turbines import Turbine
 from windfield import StaticField, TurbulentField, WindFieldError
@@ -45,6 +45,7 @@ __all__ = ["Lag", "TurbineSettings", "TurbineSetup"]
 _BOX_SECONDS = 600.0
 _BOX_INTERVAL = 0.1
 _BOX_POINTS = (13, 13)
+_BOXES_KEPT = 4
 _BOX_MARGIN = 1.1  # of the rotor's diameter
 _STRUCTURE = tuple(name for name in FREEDOMS if name not in ("rotor-speed", "shaft-torsion"))
 _LAG_AMPLITUDE = math.radians(0.5)
@@ -140,6 +141,7 @@ class TurbineSetup:
         self.wind = steady_wind(case)
         self.turbine = structural_turbine(case)
         self.controller: TurbineController | None = None
+        self._fields: dict[int, TurbulentField] = {}
         speed = case.rotor_speed
         if settings.rotor == "controlled":
             operation = Operation(self._dynamic(speed))
@@ -150,6 +152,7 @@ class TurbineSetup:
             self.start = Start(rotor_speed=speed, pitch=start_pitch)
         self.rotor_speed = speed
         self.dynamic = self._dynamic(speed)
+        check_wind(self.turbine, self.dynamic.reach, self.wind, self.dynamic.step)
 
     @property
     def stations(self) -> int:
@@ -177,9 +180,19 @@ class TurbineSetup:
         )
 
     def field(self, seed: int | None) -> Wind:
-        """The steady wind, with the turbulence of a seed on it unless that is None."""
+        """The steady wind, with the turbulence of a seed on it unless that is None.
+
+        The boxes of the last few seeds are kept.
+        """
         if seed is None or self.settings.turbulence == "none":
             return self.wind
+        if seed not in self._fields:
+            while len(self._fields) >= _BOXES_KEPT:
+                self._fields.pop(next(iter(self._fields)))
+            self._fields[seed] = self._turbulent(seed)
+        return self._fields[seed]
+
+    def _turbulent(self, seed: int) -> TurbulentField:
         rotor = self.turbine.rotor
         width = 2.0 * rotor.radius * _BOX_MARGIN
         try:

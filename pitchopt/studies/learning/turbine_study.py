@@ -107,8 +107,8 @@ class TurbineLearning:
     setup : TurbineSetup
     record : Record
         What happened.  One of its rotations is B passages of the plant, `turns` of the turbine.
-    constant_rms : ndarray (R, 4)
-        RMS over the samples of each rotation of the record with the start pitch held [N m, N].
+    constant_rms : ndarray (n, 4)
+        RMS over the positions in each passage of the record with the start pitch held [N m, N].
     setpoint : float
         [N m].
     reference : Reference
@@ -147,15 +147,16 @@ class TurbineLearning:
     def left(self, first: int, last: int | None = None) -> float | None:
         """Weighted RMS of rotations of the record over that of the constant pitch in the same.
 
-        Both are means over the rotations `first` to `last`, of all samples of each rotation; None
-        beyond the run.
+        Both are means over the passages of the rotations `first` to `last`, of the RMS over the
+        positions; None beyond the run.
         """
         last = first if last is None else last
         if last > self.record.rotations:
             return None
-        rows = slice(first - 1, last)
-        constant = self.constant_rms[len(self.record.experiment) :][rows] @ self._weights
-        return float(self.record.learning.ac_load_rotation[rows].mean() / constant.mean())
+        blades, before = self.case.blades, len(self.record.experiment)
+        rows = slice((before + first - 1) * blades, (before + last) * blades)
+        mine, constant = self.record.passages.rms[rows], self.constant_rms[rows]
+        return float((mine @ self._weights).mean() / (constant @ self._weights).mean())
 
     @property
     def _weights(self) -> FloatArray:
@@ -175,7 +176,11 @@ class TurbineLearning:
             Of the case; those of learning and turbine are added to it.
         """
         record, lag = self.record, self.setup.lag
-        base = self.constant_rms[len(record.experiment) :]
+        blades = self.case.blades
+        passages = {
+            name: (rms @ self._weights).reshape(-1, blades).mean(axis=1)[len(record.experiment) :]
+            for name, rms in (("learned", record.passages.rms), ("constant", self.constant_rms))
+        }
         return {
             "case": self.case.name,
             "plant": "dynamic",
@@ -192,9 +197,8 @@ class TurbineLearning:
             "rotations": [
                 {
                     "rotation": int(record.learning.rotation[row]),
-                    "rms_weighted": float(record.learning.ac_load[row]),
-                    "rms_weighted_rotation": float(record.learning.ac_load_rotation[row]),
-                    "constant_rms_weighted_rotation": float(base[row] @ self._weights),
+                    "rms_weighted": float(passages["learned"][row]),
+                    "constant_rms_weighted": float(passages["constant"][row]),
                     "left": self.left(row + 1),
                     "mean_torque": float(record.learning.mean_torque[row]),
                     "mean_pitch_deg": float(np.rad2deg(record.learning.profile[row].mean())),
@@ -234,6 +238,7 @@ def learn_on_turbine(
     learning: LearningSettings | None = None,
     turbine: TurbineSettings | None = None,
     *,
+    known: Reference | None = None,
     judged: int = 60,
     seeds: int = 2,
     checkpoint: str | os.PathLike[str] | None = None,
@@ -248,6 +253,8 @@ def learn_on_turbine(
         Its wind and blade that differs are those of the static rotor and have to be absent; its
         seed is that of sensors and turbulence.
     turbine : TurbineSettings, optional
+    known : Reference, optional
+        Model-based figures of the case, if they have been made before.
     judged : int
         Rotations over which profiles are held and compared.
     seeds : int
@@ -278,7 +285,7 @@ def learn_on_turbine(
     try:
         if checkpoint is not None and Path(checkpoint).exists():
             load_state(checkpoint)
-        study = _Study(case, learning, turbine, progress)
+        study = _Study(case, learning, turbine, known, progress)
         record, constant = study.run(checkpoint)
     except LearningError as error:
         raise InputError(str(error)) from error
@@ -318,12 +325,13 @@ class _Study:
         case: Case,
         learning: LearningSettings,
         turbine: TurbineSettings,
+        known: Reference | None,
         progress: Progress | None,
     ) -> None:
         self.case, self.learning, self.turbine = case, learning, turbine
         self._progress = progress
         self._total = _REFERENCE_STEPS + learning.rotations
-        self.reference, self.setup = self._prepared()
+        self.reference, self.setup = self._prepared(known)
         layout = Layout(
             blades=case.blades, positions=case.positions, separate=bool(learning.separate)
         )
@@ -337,7 +345,7 @@ class _Study:
             stations=layout.stations,
         )
 
-    def _prepared(self) -> tuple[Reference, TurbineSetup]:
+    def _prepared(self, known: Reference | None) -> tuple[Reference, TurbineSetup]:
         """Model-based figures, and the turbine at the constant pitch to start from."""
         case, learning = self.case, self.learning
 
@@ -346,17 +354,18 @@ class _Study:
                 part = min(_REFERENCE_STEPS * done // max(total, 1), _REFERENCE_STEPS)
                 self._progress(part, self._total, "reference")
 
+        setup = TurbineSetup(case, self.turbine, learning.start_pitch or 0.0)
         if self.turbine.rotor == "held":
-            ref = reference(
+            ref = known or reference(
                 WindTasks(case=case),
                 max_power_loss=learning.max_power_loss,
                 mean_torque=learning.mean_torque,
                 progress=told,
             )
-            start = ref.start_pitch if learning.start_pitch is None else learning.start_pitch
-            return ref, TurbineSetup(case, self.turbine, start)
-        setup = TurbineSetup(case, self.turbine, 0.0)
-        room = learning.amplitude or np.deg2rad(0.5)
+            if learning.start_pitch is None:
+                setup = TurbineSetup(case, self.turbine, ref.start_pitch)
+            return ref, setup
+        room = np.deg2rad(0.5) if learning.amplitude is None else learning.amplitude
         if setup.start.pitch - room < case.pitch_limits.lower:
             low, least = np.rad2deg([setup.start.pitch, case.pitch_limits.lower])
             raise InputError(
@@ -365,8 +374,9 @@ class _Study:
                 "expected a wind above rated, or a rotor that is held"
             )
         held = case.with_values({"operation.rotor_speed": setup.rotor_speed})
-        ref = reference(WindTasks(case=held), mean_torque=setup.mean_torque, progress=told)
-        return ref, setup
+        return known or reference(
+            WindTasks(case=held), mean_torque=setup.mean_torque, progress=told
+        ), setup
 
     def _learner(self) -> Learner:
         settings, setup = self.learning, self.setup
@@ -390,7 +400,7 @@ class _Study:
         return self.setup.plant(self.learning.seed, averaged=self.turbine.averaged)
 
     def run(self, checkpoint: str | os.PathLike[str] | None) -> tuple[Record, FloatArray]:
-        """The record, and the RMS of the constant pitch over the same rotations."""
+        """The record, and the RMS of the constant pitch in the same passages."""
 
         def told(done: int, total: int, _: str) -> None:
             if self._progress is not None:
@@ -412,11 +422,11 @@ class _Study:
             },
             callback=told,
         )
-        twin, blades = self._plant(), self.layout.blades
+        twin = self._plant()
         constant = np.full(self.layout.stations, self.setup.start.pitch)
-        loads = [twin.passage(constant, j) for j in range(len(record.passages))]
-        shape = (-1, blades, 4, self.layout.positions)
-        return record, rotation_rms(np.reshape(loads, shape))
+        return record, np.array(
+            [twin.passage(constant, j).std(axis=1) for j in range(len(record.passages))]
+        )
 
 
 def rotation_rms(loads: FloatArray) -> FloatArray:
