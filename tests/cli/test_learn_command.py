@@ -361,7 +361,7 @@ def test_dynamic_turbine(run, tmp_path):
         "turbulence": "none", "structure": "rigid", "rotor": "held", "actuator_time": 0.0,
         "averaged": 0, "longest_step": 0.025,
     }  # fmt: skip
-    rows = list(csv.DictReader((tmp_path / "out" / "learning.csv").open()))
+    rows = list(csv.DictReader((tmp_path / "out" / "learning.csv").read_text().splitlines()))
     assert [float(row["left"]) for row in rows] == [row["left"] for row in found["rotations"]]
     assert found["rotations"][3]["left"] < 0.4
     _, pitch = read_profile_csv(tmp_path / "out" / "profile.csv")[:2]

@@ -30,6 +30,7 @@ WRITES = {
     "12_schedule": ["12_schedule.csv"],
     "13_learning": ["13_adaptive.png", "13_paper.png"],
     "14_own_plant": ["14_convergence.png"],
+    "17_learning_on_the_turbine": ["17_flexible.png", "17_rigid.png", "17_turbulent.png"],
 }
 
 
