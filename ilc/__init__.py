@@ -11,7 +11,7 @@ from ilc.fixed import FixedLearner
 from ilc.layout import Layout
 from ilc.learner import Learner
 from ilc.limits import ActuatorLimits
-from ilc.plant import LOADS, Plant
+from ilc.plant import LOADS, Plant, StatefulPlant
 from ilc.record import Record
 from ilc.run import run
 from ilc.sensors import Sensors
@@ -29,6 +29,7 @@ __all__ = [
     "Record",
     "Sensors",
     "StateError",
+    "StatefulPlant",
     "load_state",
     "run",
     "save_state",

@@ -11,11 +11,14 @@ alike, or (B, N), one for each blade.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Protocol, runtime_checkable
+
+import numpy as np
 
 from ilc._checks import FloatArray
 
-__all__ = ["LOADS", "Plant"]
+__all__ = ["LOADS", "Plant", "StatefulPlant"]
 
 LOADS = ("torque", "tilt", "yaw", "thrust")
 """Order of the four rotor loads wherever they share an axis."""
@@ -50,5 +53,21 @@ class Plant(Protocol):
         ndarray (4, m)
             Torque, tilt, yaw [N m] and thrust [N] of the rotor at its m positions; NaN where
             nothing was measured.
+        """
+        ...
+
+
+@runtime_checkable
+class StatefulPlant(Plant, Protocol):
+    """A plant whose answer depends on what was before, and that can be saved and gone on with."""
+
+    def state(self) -> Mapping[str, np.ndarray]:
+        """All that the coming passages depend on, as arrays."""
+        ...
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Go on exactly from what :meth:`state` gave.
+
+        Anything raised for a state of another plant should be a ValueError.
         """
         ...

@@ -4,7 +4,8 @@
 
 A checkpoint is written after whole rotations and replaced in one step, so that a run killed at
 any moment goes on from the last one that was written, to the same record bit for bit as without
-the break.  For that the plant must give the same loads for the same profile and passage number.
+the break.  For that the plant's loads must depend on profile and passage number alone, or the
+plant must be a `StatefulPlant`, whose state is kept in the checkpoint.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import numpy as np
 from ilc._checks import FloatArray, array_of, count
 from ilc.errors import LearningError, StateError
 from ilc.learner import Learner, State, ac_load
-from ilc.plant import Plant
+from ilc.plant import Plant, StatefulPlant
 from ilc.record import PassageRecord, Record, RotationRecord
 from ilc.sensors import Sensors
 from ilc.storage import check_settings, load_state, part, save_state
@@ -46,7 +47,8 @@ def run(
 
     Parameters
     ----------
-    plant : Plant
+    plant : Plant or StatefulPlant
+        Fresh, if it has a state.
     learner : Learner
         Fresh; it is left as the run ends, so that its profile is the one for the next passage.
     rotations : int
@@ -100,7 +102,7 @@ def run(
         if not path.parent.is_dir():
             raise LearningError(f"checkpoint: there is no directory {path.parent}")
         if path.exists():
-            book.resume(path)
+            book.resume(path, plant)
     practice = learner.experiment_passages // layout.blades
     total = practice + rotations
     done = learner.passages // layout.blades
@@ -114,7 +116,7 @@ def run(
         text = book.rotation(plant)
         done += 1
         if path is not None and (done % every == 0 or done == total):
-            save_state(path, book.state())
+            save_state(path, book.state(plant))
         if callback is not None:
             callback(done, total, text)
     return book.record()
@@ -202,11 +204,13 @@ class _Book:
             settings=self.settings,
         )
 
-    def state(self) -> State:
-        """Learner, sensors and record as they are."""
+    def state(self, plant: Plant) -> State:
+        """Learner, sensors, record and a plant with a state as they are."""
         parts = {"record": self.record().state(), "learner": self.learner.state()}
         if self.sensors is not None:
             parts["sensors"] = self.sensors.state()
+        if isinstance(plant, StatefulPlant):
+            parts["plant"] = dict(plant.state())
         arrays = {
             f"{of}.{name}": value for of, state in parts.items() for name, value in state.items()
         }
@@ -215,7 +219,7 @@ class _Book:
             "settings": np.array(json.dumps(self.settings)),
         }
 
-    def resume(self, path: Path) -> None:
+    def resume(self, path: Path, plant: Plant) -> None:
         """Go on from a checkpoint."""
         state = load_state(path)
         if "settings" not in state or str(state.get("format")) != _FORMAT:
@@ -227,6 +231,11 @@ class _Book:
         self.learner.restore(part(state, "learner."))
         if len(record.passages) != self.learner.passages:
             raise StateError(f"{path}: damaged, record and learner are not of the same passage")
+        if isinstance(plant, StatefulPlant):
+            try:
+                plant.restore(part(state, "plant."))
+            except ValueError as error:
+                raise StateError(f"{path}: not a state of this plant ({error})") from error
         for name, column in record.passages.state().items():
             self._passages[name] = list(column)
         for name in self._rotations:

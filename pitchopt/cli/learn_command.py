@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pitchopt.cli.learn_turbine import chosen_plant, learn_turbine, turbine_options
 from pitchopt.cli.options import build_case, case_options, json_option, output_options
 from pitchopt.cli.values import (
     DRIFT_ROTATIONS,
@@ -40,11 +41,15 @@ Examples:
   pitchopt learn --case nrel-5mw --wind-speed 15 --mean-torque rated
   pitchopt learn --separate --blade-chord 1.03 --rotations 100
   pitchopt learn --checkpoint run.npz --rotations 200
+  pitchopt learn --plant dynamic --case nrel-5mw --wind-speed 9 --rotations 20
+  pitchopt learn --plant dynamic --case nrel-5mw --wind-speed 15 --rotor controlled
+      --turbulence B --averaged 20 --amplitude-deg 1.5 --rotations 12
 
 \b
 Files: learning.json, learning.csv (a row a rotation), profile.csv and profiles.npz (with
 --separate profile_b1.csv ...), learning.png, profiles.png, with the paper's
-learner contraction.png. pitchopt export takes profiles.npz with --point learned.
+learner contraction.png. pitchopt export takes profiles.npz with --point learned. With
+--plant dynamic: learning.json, learning.csv, profile.csv, learning.png.
 
 \b
 Rotations count from the end of the experiment, in which the learner perturbs the
@@ -162,6 +167,7 @@ def _plant_options(function: Any) -> Any:
 @click.command("learn", epilog=_EPILOG)
 @_run_options
 @_plant_options
+@turbine_options
 @case_options
 @click.option(
     "--checkpoint",
@@ -174,8 +180,9 @@ def _plant_options(function: Any) -> Any:
 def command(**options: Any) -> int:
     """A pitch profile learned from measured loads alone.
 
-    A learner turns the static rotor of a case, sees the four rotor loads and nothing else, and is
-    compared with constant pitch and with the profile that is designed with the model.
+    A learner turns the static rotor of a case, or the dynamic turbine, sees the four rotor loads
+    and nothing else, and is compared with constant pitch and with the profile that is designed with
+    the model.
     """
     began = time.perf_counter()
     from pitchopt.cli import output
@@ -188,8 +195,11 @@ def command(**options: Any) -> int:
             f"--blade-cap: got {options['blade_cap'].value:g}, expected none: a learner measures "
             "no blade load"
         )
+    plant = chosen_plant(options)
     case = build_case(options).with_values({"objective.blade_cap": None})
     settings = _settings(case, options)
+    if plant == "dynamic":
+        return learn_turbine(case, settings, options)
     as_json = options["as_json"]
     folder = output.out_folder(options["out"], "learn", case.name, as_json=as_json)
     with Progress() as progress:

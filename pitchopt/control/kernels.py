@@ -102,7 +102,8 @@ def _proportional_integral(p, step, memory, lowest, highest):  # type: ignore[no
 def _linear_quadratic(p, rotor_speed, memory, measured):  # type: ignore[no-untyped-def]
     """Pitch and torque that u = u_ref - K (x - x_ref) asks for, and what the integral does.
 
-    `rotor_speed` has passed the low pass.  Returns pitch, torque, and the change of both with the integral.
+    `rotor_speed` has passed the low pass.  Returns pitch, torque, and the change of both with the
+    integral.
     """
     k, share = bracket(p.wind, memory[SCHEDULED])
     speed = (1.0 - share) * p.reference[k, 0] + share * p.reference[k + 1, 0]

@@ -29,8 +29,8 @@ blades' own motion, is unstable on the dynamic turbine.
 In operation the rotor speed, the tower top, pitch and torque are measured; the gains and the
 operating point are interpolated over the estimated wind speed.  Rotor speed and wind speed pass a
 low pass each: both hold the rotor's own swinging at the blades' collective edge mode, which
-actuators that follow at once would feed.  Commands keep range and rate, and the integral stands still while both commands are out
-of range and it would push both further.
+actuators that follow at once would feed.  Commands keep range and rate, and the integral stands
+still while both commands are out of range and it would push both further.
 
 Source: J. Iori, C. Bottasso, M. McWilliam, "A sensitivity-based estimation method for
 investigating control co-design relevance", 2024, section 3.2.

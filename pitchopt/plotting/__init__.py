@@ -34,6 +34,11 @@ from pitchopt.plotting.simulation import (
     plot_steady_curve,
 )
 from pitchopt.plotting.tradeoff import plot_tradeoff
+from pitchopt.plotting.turbine_learning import (
+    plot_turbine_learning,
+    plot_turbine_profiles,
+    turbine_learning_figure,
+)
 from pitchopt.plotting.wind import plot_wind_field
 
 __all__ = [
@@ -55,6 +60,8 @@ __all__ = [
     "plot_steady_curve",
     "plot_torque",
     "plot_tradeoff",
+    "plot_turbine_learning",
+    "plot_turbine_profiles",
     "plot_wind_field",
     "png",
     "profiles_figure",
@@ -62,4 +69,5 @@ __all__ = [
     "simulation_figure",
     "steady_curves_figure",
     "tradeoff_figure",
+    "turbine_learning_figure",
 ]

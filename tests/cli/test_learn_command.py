@@ -337,3 +337,51 @@ def test_bad_input_is_one_line(run, tmp_path, options, message):
     assert len(done.err.splitlines()) == 1, done.err
     assert re.search(message, done.err), done.err
     assert list(tmp_path.iterdir()) == []
+
+
+# ---- the dynamic turbine -------------------------------------------------------------------
+
+TURBINE = (
+    *("learn", "--plant", "dynamic", "--case", "nrel-5mw", "--wind-speed", "9"),
+    *("--positions", "8", "--rotations", "4"),
+)
+
+
+def test_dynamic_turbine(run, tmp_path):
+    done = run(*TURBINE, "--structure", "rigid", "--out", "out")
+    assert done.status == 0, done.err
+    assert "rigid structure, rotor held, steady wind" in done.out
+    assert "profiles held in the steady wind" in done.out
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "learning.csv", "learning.json", "learning.png", "profile.csv",
+    ]  # fmt: skip
+    found = json.loads((tmp_path / "out" / "learning.json").read_text())
+    assert (found["plant"], found["judged_on_seeds"]) == ("dynamic", [])
+    assert found["settings"]["turbine"] == {
+        "turbulence": "none", "structure": "rigid", "rotor": "held", "actuator_time": 0.0,
+        "averaged": 0, "longest_step": 0.025,
+    }  # fmt: skip
+    rows = list(csv.DictReader((tmp_path / "out" / "learning.csv").read_text().splitlines()))
+    assert [float(row["left"]) for row in rows] == [row["left"] for row in found["rotations"]]
+    assert found["rotations"][3]["left"] < 0.4
+    _, pitch = read_profile_csv(tmp_path / "out" / "profile.csv")[:2]
+    np.testing.assert_allclose(np.rad2deg(pitch), found["learned"]["pitch_deg"], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (("learn", "--turbulence", "B"), "--turbulence: got 'B' with --plant static"),
+        (("learn", "--averaged", "2"), "--averaged: got 2 with --plant static"),
+        ((*TURBINE, "--wind-step", "3:+1"), "--wind-step: got .* with --plant dynamic"),
+        ((*TURBINE, "--blade-chord", "1.1"), "--blade-chord: got 1.1 with --plant dynamic"),
+        ((*TURBINE, "--rotor", "controlled"), "rotor: got 'controlled' at 9 m/s"),
+        (("learn", "--plant", "dynamic"), "turbine 'biegel2011': blade structure, hub"),
+    ],
+)
+def test_wrong_options_of_the_dynamic_turbine(run, tmp_path, arguments, text):
+    done = run(*arguments)
+    assert done.status != 0
+    assert re.search(text, done.err), done.err
+    assert done.err.count("\n") == 1
+    assert not any(path.suffix for path in tmp_path.rglob("*.json"))

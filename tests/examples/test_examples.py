@@ -37,6 +37,7 @@ WRITES = {
         "15_tuned.png",
     ],
     "16_steady_curves": ["16_steady_curves.png"],
+    "17_learning_on_the_turbine": ["17_flexible.png", "17_rigid.png", "17_turbulent.png"],
 }
 
 

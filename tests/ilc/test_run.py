@@ -23,6 +23,7 @@ from ilc import (
     Record,
     Sensors,
     StateError,
+    StatefulPlant,
     load_state,
     run,
     save_state,
@@ -382,3 +383,55 @@ def test_profiles_of_a_run_keep_the_limits(learner_type: type[Learner]) -> None:
     )
     assert worst <= 1e-12
     assert worst > -1e-9  # they do bind
+
+
+# ---- plants with a state ---------------------------------------------------------------------
+
+
+class Sluggish(AffinePlant):
+    """A plant whose loads come to what the profile asks for by and by."""
+
+    def __init__(self, plant: AffinePlant) -> None:
+        super().__init__(plant.layout, plant.offset, plant.jacobian)
+        self.before: np.ndarray = np.zeros((4, plant.positions))
+
+    def passage(self, profile: np.ndarray, number: int) -> np.ndarray:
+        self.before = 0.8 * super().passage(profile, number) + 0.2 * self.before
+        return self.before
+
+    def state(self) -> dict[str, np.ndarray]:
+        return {"before": self.before.copy()}
+
+    def restore(self, state: Any) -> None:
+        if "before" not in state or np.shape(state["before"]) != self.before.shape:
+            raise ValueError("no such loads")
+        self.before = np.array(state["before"])
+
+
+def test_checkpoints_carry_the_state_of_a_plant(
+    learner_type: type[Learner], tmp_path: Path
+) -> None:
+    def fresh() -> tuple[Sluggish, Learner]:
+        plant = Sluggish(AffinePlant.random(3, positions=4))
+        assert isinstance(plant, StatefulPlant)
+        return plant, make_learner(plant, learner_type)
+
+    whole = run(*fresh(), rotations=7)
+    path = tmp_path / "run.npz"
+    run(*fresh(), rotations=3, checkpoint=path)
+    assert_same(run(*fresh(), rotations=7, checkpoint=path), whole)
+    # the state matters: without it the run goes on otherwise
+    path.unlink()
+    run(*fresh(), rotations=3, checkpoint=path)
+    saved = {name: array for name, array in load_state(path).items() if name != "plant.before"}
+    save_state(path, saved)
+    plant, learner = fresh()
+    with pytest.raises(StateError, match=r"not a state of this plant \(no such loads\)"):
+        run(plant, learner, rotations=7, checkpoint=path)
+
+
+def test_plants_without_a_state_leave_none_in_checkpoints(tmp_path: Path) -> None:
+    plant = AffinePlant.random(3, positions=4)
+    assert not isinstance(plant, StatefulPlant)
+    run(plant, make_learner(plant), rotations=1, checkpoint=tmp_path / "run.npz")
+    assert not [name for name in load_state(tmp_path / "run.npz") if name.startswith("plant.")]

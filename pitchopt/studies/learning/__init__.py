@@ -1,4 +1,4 @@
-"""Learning on the static rotor: the plant for `ilc`, runs on it, designs to compare with."""
+"""Learning on the static rotor and on the dynamic turbine: plants, runs, what to compare with."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pitchopt.studies.learning.document import (
     learning_csv,
     learning_document,
 )
+from pitchopt.studies.learning.dynamic_plant import DynamicPlant
 from pitchopt.studies.learning.figures import ProfileFigures
 from pitchopt.studies.learning.loop import Loop
 from pitchopt.studies.learning.plant import BladeDifference, StaticPlant
@@ -15,6 +16,8 @@ from pitchopt.studies.learning.result import LearningResult, Stretch
 from pitchopt.studies.learning.settings import LearningSettings
 from pitchopt.studies.learning.study import learn
 from pitchopt.studies.learning.tasks import WindTasks
+from pitchopt.studies.learning.turbine_setup import Lag, TurbineSettings, TurbineSetup
+from pitchopt.studies.learning.turbine_study import HeldLoads, TurbineLearning, learn_on_turbine
 from pitchopt.studies.learning.wind import (
     ConstantWind,
     WindDrift,
@@ -26,6 +29,9 @@ from pitchopt.studies.learning.wind import (
 __all__ = [
     "BladeDifference",
     "ConstantWind",
+    "DynamicPlant",
+    "HeldLoads",
+    "Lag",
     "LearningResult",
     "LearningSettings",
     "Loop",
@@ -34,12 +40,16 @@ __all__ = [
     "SetpointSchedule",
     "StaticPlant",
     "Stretch",
+    "TurbineLearning",
+    "TurbineSettings",
+    "TurbineSetup",
     "WindDrift",
     "WindRamp",
     "WindSchedule",
     "WindStep",
     "WindTasks",
     "learn",
+    "learn_on_turbine",
     "learned_profiles",
     "learning_csv",
     "learning_document",

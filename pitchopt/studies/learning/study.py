@@ -19,24 +19,14 @@ from typing import Any
 
 import numpy as np
 
-from ilc import (
-    ActuatorLimits,
-    AdaptiveLearner,
-    FixedLearner,
-    Layout,
-    Learner,
-    LearningError,
-    Record,
-    Sensors,
-    load_state,
-    run,
-)
+from ilc import ActuatorLimits, Layout, Learner, LearningError, Record, load_state, run
 from pitchopt.cases import Case
 from pitchopt.checks import FloatArray
 from pitchopt.design import Status
 from pitchopt.design.task import Progress
 from pitchopt.errors import InfeasibleError, InputError
 from pitchopt.studies.learning.figures import ProfileFigures, judged
+from pitchopt.studies.learning.learners import check_learnable, learner_of, sensors_of
 from pitchopt.studies.learning.loop import loop_of
 from pitchopt.studies.learning.plant import StaticPlant
 from pitchopt.studies.learning.references import Reference, SetpointSchedule, reference
@@ -130,31 +120,13 @@ class _Study:
 
     def _check(self) -> None:
         """Refuse what a learner cannot do."""
-        case, objective = self.case, self.case.objective
+        case = self.case
         if self.wind.speed != case.wind.speed:
             raise InputError(
                 f"wind: got one that starts with {self.wind.speed:g} m/s, expected the case's "
                 f"{case.wind.speed:g} m/s"
             )
-        if objective.harmonics is not None and self.settings.learner == "paper":
-            raise InputError(
-                f"harmonics: got {objective.harmonics} with the paper's learner, expected none: "
-                "it cannot restrict profiles"
-            )
-        if not case.pitch_limits.pitch_rate:
-            raise InputError(
-                "limits.pitch_rate_deg: got 0, expected a rate above 0: a learner moves the pitch"
-            )
-        if objective.travel:
-            raise InputError(
-                f"travel penalty: got {objective.travel:g} N m/rad, expected 0: a learner puts no "
-                "price on travel"
-            )
-        if case.weights.blade:
-            raise InputError(
-                f"weights.blade: got {case.weights.blade:g}, expected 0: a learner measures no "
-                "blade load"
-            )
+        check_learnable(case, self.settings)
 
     # ---- what the run is compared with ---------------------------------------------------
 
@@ -243,24 +215,14 @@ class _Study:
         )
 
     def _learner(self, start: float) -> Learner:
-        settings = self.settings
-        common: dict[str, Any] = {
-            "layout": self.layout,
-            "limits": self._limits,
-            "start": start,
-            "setpoint": self.setpoints.at(0),
-            "weights": self.case.weights.array[:4],
-            "delay": settings.delay,
-        }
-        own = ["amplitude"]
-        if settings.learner == "paper":
-            own += ["learning_rate", "damping", "smoothing"]
-        for name in own:
-            if getattr(settings, name) is not None:
-                common[name] = getattr(settings, name)
-        if settings.learner == "paper":
-            return FixedLearner(**common)
-        return AdaptiveLearner(harmonics=self.case.objective.harmonics, **common)
+        return learner_of(
+            self.case,
+            self.settings,
+            layout=self.layout,
+            limits=self._limits,
+            start=start,
+            setpoint=self.setpoints.at(0),
+        )
 
     def _start(self, first: Reference) -> float:
         start = self.settings.start_pitch
@@ -274,19 +236,6 @@ class _Study:
                 "the actuators"
             )
         return start
-
-    def _sensors(self, plant: StaticPlant, start: float) -> Sensors:
-        settings = self.settings
-        loads = plant.rotation(np.full(self.layout.stations, start), 0)
-        rms = loads.std(axis=1)
-        return Sensors.with_share(
-            settings.noise,
-            rms if settings.noise_of == "rms" else loads.mean(axis=1),
-            quantisation=settings.quantisation * rms,
-            delay=settings.delay,
-            dropout=settings.dropout,
-            seed=settings.seed,
-        )
 
     def _context(self, operating: float | Mapping[float, float]) -> dict[str, Any]:
         """Plant and set-point as plain data: a checkpoint is gone on from only with the same."""
@@ -327,7 +276,9 @@ class _Study:
             learner,
             rotations=self.settings.rotations,
             setpoint=self.setpoints.at,
-            sensors=self._sensors(plant, start),
+            sensors=sensors_of(
+                self.settings, plant.rotation(np.full(self.layout.stations, start), 0)
+            ),
             checkpoint=checkpoint,
             context=self._context(operating),
             callback=told,
