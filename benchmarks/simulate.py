@@ -220,12 +220,10 @@ def turbulent(report: _harness.Report, reference: Path, boxes: Path) -> None:
                     )
 
                 figures = {
-                    "power_ratio": ours("GenPwr", "mean")
-                    / (theirs(means, "GenPwr", "mean") * 1e3),
+                    "power_ratio": ours("GenPwr", "mean") / (theirs(means, "GenPwr", "mean") * 1e3),
                     "speed_std_ratio": ours("GenSpeed", "std")
                     / (theirs(means, "GenSpeed", "std") * RPM),
-                    "thrust_ratio": ours("RtAeroFxh", "mean")
-                    / theirs(means, "RtAeroFxh", "mean"),
+                    "thrust_ratio": ours("RtAeroFxh", "mean") / theirs(means, "RtAeroFxh", "mean"),
                 }
                 if wind > 8:
                     figures["pitch_std_ratio"] = ours("BldPitch1", "std") / (
