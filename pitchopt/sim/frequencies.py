@@ -21,7 +21,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from pitchopt.checks import FloatArray, finite_number
-from pitchopt.errors import InputError
 from pitchopt.sim.run import TurbineRun
 from pitchopt.sim.turbine import DynamicTurbine
 from windfield import StaticField

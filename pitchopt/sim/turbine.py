@@ -209,9 +209,9 @@ class DynamicTurbine:
         total = 0
         for e, polar in enumerate(blade.polars):
             if id(polar) not in seen:
-                seen[id(polar)] = (total, total + polar.alpha.size - 1)
-                total += polar.alpha.size
                 rows.append(polar_rows(polar.alpha, polar.cl, polar.cd, polar.moment))
+                seen[id(polar)] = (total, total + rows[-1].shape[0] - 1)
+                total += rows[-1].shape[0]
             first[e], last[e] = seen[id(polar)]
         return RotorTables(
             blades=rotor.blades,
