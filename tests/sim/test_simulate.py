@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -94,6 +95,14 @@ def test_same_result_whatever_the_number_of_threads(dynamic, turbulent, controll
     for a, b in zip(one, two, strict=True):
         assert np.array_equal(a.values, b.values)
     assert not np.array_equal(one[0].values, one[1].values)
+
+
+def test_pickled_turbine_runs_to_the_same_bits(dynamic, turbulent, controller) -> None:
+    """What an executor of processes sends to them."""
+    once = simulate(dynamic, turbulent(1), controller, 5.0, start=START)
+    copies = pickle.loads(pickle.dumps((dynamic, turbulent(1), controller)))
+    assert copies[0].turbine.notes == dynamic.turbine.notes
+    np.testing.assert_array_equal(simulate(*copies, 5.0, start=START).values, once.values)
 
 
 def test_snapshot_goes_on_to_the_last_bit(dynamic, turbulent) -> None:
