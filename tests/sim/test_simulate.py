@@ -100,7 +100,7 @@ def test_same_result_whatever_the_number_of_threads(dynamic, turbulent, controll
 def test_pickled_turbine_runs_to_the_same_bits(dynamic, turbulent, controller) -> None:
     """What an executor of processes sends to them."""
     once = simulate(dynamic, turbulent(1), controller, 5.0, start=START)
-    copies = pickle.loads(pickle.dumps((dynamic, turbulent(1), controller)))
+    copies = pickle.loads(pickle.dumps((dynamic, turbulent(1), controller)))  # noqa: S301 (own)
     assert copies[0].turbine.notes == dynamic.turbine.notes
     np.testing.assert_array_equal(simulate(*copies, 5.0, start=START).values, once.values)
 
