@@ -182,7 +182,7 @@ class Work(NamedTuple):
 @inlined
 def hunting(shares: FloatArray) -> float:
     """Share of the last half minute in which the collective pitch raced back and forth."""
-    return 2.0 * min(shares[0], shares[1])
+    return float(2.0 * min(shares[0], shares[1]))
 
 
 @inlined
