@@ -21,7 +21,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from pitchopt.checks import FloatArray, finite_number
-from pitchopt.errors import InputError
 from pitchopt.sim.run import TurbineRun
 from pitchopt.sim.turbine import DynamicTurbine
 from windfield import StaticField
@@ -56,7 +55,7 @@ class Mode:
 def natural_modes(
     dynamic: DynamicTurbine, rotor_speed: float, *, pitch: float = 0.0
 ) -> tuple[Mode, ...]:
-    """Modes of a turbine with three blades in still air, by ascending frequency.
+    """Modes of a turbine in still air, by ascending frequency.
 
     Parameters
     ----------
@@ -69,11 +68,9 @@ def natural_modes(
     Raises
     ------
     InputError
-        If the turbine has not three blades.
+        If the speed is negative.
     """
     speed = finite_number("rotor_speed", rotor_speed, at_least=0.0)
-    if dynamic.blades != 3:
-        raise InputError(f"natural_modes: got {dynamic.blades} blades, expected 3")
     thin = dataclasses.replace(
         dynamic, turbine=dataclasses.replace(dynamic.turbine, air_density=_THIN)
     )

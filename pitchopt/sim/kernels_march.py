@@ -10,7 +10,9 @@ A step of length h from t_n to t_n+1:
 
 A run has diverged when the rotor runs at twice its rated speed, a deflection passes half the
 radius, or the collective pitch has raced back and forth at its rate limit for a third of the last
-half minute (a loop that its gains destabilise ends in such a cycle, bounded by the limits).
+half minute (a loop that its gains destabilise ends in such a cycle, bounded by the limits).  As
+much counts as was done in both directions: starting from feather, or feathering, takes a slow
+actuator longer than that, at its limit all the way.
 
 The scheme is of second order and stable for any stiffness of tower, blades and shaft; what it
 takes explicitly are aerodynamic and gyroscopic forces.  The distance of prediction and result,
@@ -57,7 +59,7 @@ DIVERGED = 1
 
 _RACING = 0.98  # of the rate limit
 _HUNT_TIME = 30.0  # over which hunting of the collective pitch is judged [s]
-HUNTING = 0.35  # feathering from full load over 90 degrees at 8 deg/s comes to 0.31
+HUNTING = 0.35
 
 _PITCH = signals.PITCH
 _OUT_OF_PLANE = signals.OUT_OF_PLANE
@@ -127,8 +129,9 @@ class State(NamedTuple):
         Steps done.
     error, scale : ndarray (D,)
         Largest distance of predicted and final rate, largest rate.
-    hunting : ndarray (1,)
-        Share of the last half minute, fading, in which the collective pitch ran at its rate limit.
+    hunting : ndarray (2,)
+        Shares of the last half minute, fading, in which the collective pitch ran up and down at
+        its rate limit.
     inflow : InflowState
     """
 
@@ -174,6 +177,12 @@ class Work(NamedTuple):
     scratch: FloatArray
     measured: FloatArray
     command: FloatArray
+
+
+@inlined
+def hunting(shares: FloatArray) -> float:
+    """Share of the last half minute in which the collective pitch raced back and forth."""
+    return float(2.0 * min(shares[0], shares[1]))
 
 
 @inlined
@@ -245,8 +254,9 @@ def advance(model: Model, state: State, work: Work, command: FloatArray) -> int:
             model.actuator, state.pitch[k], state.pitch_rate[k], command[_PITCH_COMMAND + k]
         )
         collective += state.pitch_rate[k]
-    racing = abs(collective) > _RACING * model.actuator.rate * body.blades
-    state.hunting[0] += h / _HUNT_TIME * ((1.0 if racing else 0.0) - state.hunting[0])
+    racing = _RACING * model.actuator.rate * body.blades
+    for i, speed in enumerate((collective, -collective)):
+        state.hunting[i] += h / _HUNT_TIME * ((1.0 if speed > racing else 0.0) - state.hunting[i])
     state.torque[0] = generator_torque(model.torque_keep, state.torque[0], command[signals.TORQUE])
     for i in range(q.size):
         work.q[i] = q[i] + h * v[i] + h * h * (4.0 * a[i] - before[i]) / 6.0
@@ -278,7 +288,7 @@ def advance(model: Model, state: State, work: Work, command: FloatArray) -> int:
         work.top,
         work.scratch,
     )
-    good &= (abs(v[AZIMUTH]) < model.fastest) & (state.hunting[0] < HUNTING)
+    good &= (abs(v[AZIMUTH]) < model.fastest) & (hunting(state.hunting) < HUNTING)
     for i in range(q.size):
         if i != AZIMUTH and i != TWIST:
             good &= abs(q[i]) < model.largest

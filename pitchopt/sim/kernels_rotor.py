@@ -240,12 +240,17 @@ def padded(stations: int) -> int:
 def polar_rows(
     alpha: FloatArray, lift: FloatArray, drag: FloatArray, moment: FloatArray
 ) -> FloatArray:
-    """Rows (P, 7) of one polar: angle of attack, then each coefficient and its slope."""
-    rows = np.zeros((alpha.size, 7))
-    rows[:, 0] = alpha
+    """Rows (P + 2, 7) of one polar: angle of attack, then each coefficient and its slope.
+
+    The first and the last row hold the end values for a turn beyond the ends.
+    """
+    rows = np.zeros((alpha.size + 2, 7))
+    rows[:, 0] = np.pad(alpha, 1, mode="edge")
+    rows[0, 0] -= 2.0 * math.pi
+    rows[-1, 0] += 2.0 * math.pi
     for column, values in ((1, lift), (3, drag), (5, moment)):
-        rows[:, column] = values
-        rows[:-1, column + 1] = np.diff(values) / np.diff(alpha)
+        rows[:, column] = np.pad(values, 1, mode="edge")
+        rows[:-1, column + 1] = np.diff(rows[:, column]) / np.diff(rows[:, 0])
     return rows
 
 

@@ -217,7 +217,7 @@ def _state(
         count=np.zeros(1, dtype=np.int64),
         error=np.zeros(size),
         scale=np.zeros(size),
-        hunting=np.zeros(1),
+        hunting=np.zeros(2),
         inflow=InflowState(
             row=np.zeros((blades, stations), dtype=np.int64),
             planes=np.zeros(MEMORY_PLANES * PLANE),

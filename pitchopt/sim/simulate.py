@@ -17,7 +17,7 @@ from pitchopt.errors import InputError
 from pitchopt.sim.channels import Channel
 from pitchopt.sim.run import OVERSPEED, TurbineRun
 from pitchopt.sim.turbine import DynamicTurbine
-from pitchopt.sim.wind import Wind, check_wind
+from pitchopt.sim.wind import Wind, check_wind, wind_direction
 
 __all__ = ["Simulation", "Start", "simulate", "simulate_many"]
 
@@ -181,7 +181,8 @@ def simulate(
         raise InputError(f"duration: got {duration:g} s, expected at least one step of {step:g} s")
     finite_number("interval", interval, above=0.0)
     every = max(round(interval / step), 1)
-    check_wind(dynamic.turbine, dynamic.reach, wind, duration, any_wind=any_wind, repeat=repeat)
+    reach = dynamic.reach_in(wind_direction(wind))
+    check_wind(dynamic.turbine, reach, wind, duration, any_wind=any_wind, repeat=repeat)
     run = TurbineRun(
         dynamic,
         wind,
@@ -226,7 +227,7 @@ def simulate(
 
 def _reason(run: TurbineRun) -> str:
     """What has gone wrong in a run that diverged."""
-    from pitchopt.sim.kernels_march import HUNTING
+    from pitchopt.sim.kernels_march import HUNTING, hunting
     from pitchopt.sim.kernels_motion import AZIMUTH
 
     state = run.state
@@ -235,7 +236,7 @@ def _reason(run: TurbineRun) -> str:
         return "the motion is not finite any more"
     if abs(speed) >= OVERSPEED:
         return f"the rotor runs at {speed:.3g} times its rated speed"
-    if state.hunting[0] >= HUNTING:
+    if hunting(state.hunting) >= HUNTING:
         return "the collective pitch races back and forth at its rate limit"
     return "a deflection passed half the radius"
 

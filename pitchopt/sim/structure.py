@@ -212,7 +212,7 @@ def blade_model(
         second=float((dm * z * z).sum()),
         force=np.einsum("ep,jepd->jd", dm, u),
         lever=np.einsum("ep,ep,jepd->jd", dm, z, u),
-        coupling=np.einsum("ep,iepc,jepd->icjd", dm, u, u),
+        coupling=np.ascontiguousarray(np.einsum("ep,iepc,jepd->icjd", dm, u, u)),
         stiffness=modal_stiffness,
         damping=ratio * (1.0 / own[:, None] + 1.0 / own) * modal_stiffness,
         tension_gravity=np.einsum("ep,ep,ijep->ij", beam.weights, tension_gravity, bend),

@@ -69,7 +69,8 @@ class DynamicTurbine:
     Raises
     ------
     InputError
-        If the turbine lacks structural data, a name is unknown or a number out of range.
+        If the turbine has not three blades or lacks structural data, a name is unknown or a
+        number out of range.
     """
 
     turbine: Turbine
@@ -117,6 +118,11 @@ class DynamicTurbine:
             )
         if self.generator_lag is None:
             object.__setattr__(self, "generator_lag", GeneratorLag())
+        if self.blades != 3:
+            raise InputError(
+                f"turbine {self.turbine.name!r}: got {self.blades} blades, expected 3, as the "
+                "signals of the controllers have"
+            )
         drivetrain = self.turbine.drivetrain
         if "shaft-torsion" in freedoms and not drivetrain.torsion_stiffness:
             raise InputError(
@@ -168,18 +174,22 @@ class DynamicTurbine:
         """Output channels in the order of the record."""
         return channel_list(self.blades, self.tower_sections - 1)
 
-    @cached_property
+    @property
     def reach(self) -> Reach:
-        """Where blades go, deflected by up to a tenth of the radius."""
+        """Where blades go in wind along x, deflected by up to a tenth of the radius."""
+        return self.reach_in(0.0)
+
+    def reach_in(self, direction: float) -> Reach:
+        """As `reach`, in wind of another mean direction [rad]."""
         rotor = self.turbine.rotor
         radius = rotor.radius
-        lean = math.sin(abs(rotor.tilt)) + math.sin(abs(self.yaw)) + 0.1
+        lean = math.sin(abs(rotor.tilt)) + abs(math.sin(self.yaw - direction)) + 0.1
         return Reach(
             low=rotor.hub_height - 1.02 * radius,
             high=rotor.hub_height + 1.02 * radius,
             half_width=1.02 * radius,
             upwind=rotor.overhang + radius * (lean + math.sin(abs(rotor.cone))),
-            downwind=max(radius * lean - rotor.overhang, 0.0),
+            downwind=max(radius * lean - rotor.overhang * math.cos(self.yaw - direction), 0.0),
         )
 
     @cached_property
@@ -199,9 +209,9 @@ class DynamicTurbine:
         total = 0
         for e, polar in enumerate(blade.polars):
             if id(polar) not in seen:
-                seen[id(polar)] = (total, total + polar.alpha.size - 1)
-                total += polar.alpha.size
                 rows.append(polar_rows(polar.alpha, polar.cl, polar.cd, polar.moment))
+                seen[id(polar)] = (total, total + rows[-1].shape[0] - 1)
+                total += rows[-1].shape[0]
             first[e], last[e] = seen[id(polar)]
         return RotorTables(
             blades=rotor.blades,

@@ -19,11 +19,18 @@ from pitchopt.turbines import Turbine
 from windfield import StaticField, TransientField, TurbulentField, WindFieldError
 from windfield.boxes import PolarBox, TurbulenceBox
 
-__all__ = ["Reach", "Wind", "check_wind", "hub_speed_range", "wind_tables"]
+__all__ = [
+    "Reach",
+    "Wind",
+    "check_wind",
+    "hub_speed_range",
+    "wind_direction",
+    "wind_tables",
+]
 
 
 class Reach(NamedTuple):
-    """Where the blades of a turbine go.
+    """Where the blades of a turbine go, seen along the mean wind.
 
     Attributes
     ----------
@@ -56,6 +63,21 @@ def hub_speed_range(wind: Wind) -> tuple[float, float]:
     return speed, speed
 
 
+def wind_direction(wind: Wind) -> float:
+    """Direction of the mean wind [rad].
+
+    Raises
+    ------
+    InputError
+        If the field is of another kind.
+    """
+    if isinstance(wind, StaticField):
+        return wind.direction
+    if isinstance(wind, TransientField | TurbulentField):
+        return wind.mean.direction
+    raise _foreign(wind)
+
+
 def check_wind(
     turbine: Turbine,
     reach: Reach,
@@ -70,6 +92,7 @@ def check_wind(
     Parameters
     ----------
     reach : Reach
+        In the direction of the wind.
     any_wind : bool
         Allow mean winds below cut-in and above cut-out.
     repeat : bool

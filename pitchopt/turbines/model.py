@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -142,6 +143,12 @@ class Turbine:
                 f"above the hub at {self.rotor.hub_height:g} m"
             )
         _put(self, "notes", MappingProxyType(dict(self.notes)))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "notes": dict(self.notes)}  # a proxy cannot be pickled
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state, notes=MappingProxyType(state["notes"]))
 
     def _ordered(self, *keys: str) -> None:
         """Refuse values that do not grow in the order of `keys`; absent ones are skipped."""

@@ -61,7 +61,7 @@ def polar() -> np.ndarray:
 
 def solved(x: float, theta: float, solidity: float, start: float):
     counts = np.zeros(3, dtype=np.int64)
-    out = balance(polar(), 0, 3, 0, OUTER, INNER, start, 10.0 * x, 10.0, theta, solidity, counts)
+    out = balance(polar(), 0, 5, 0, OUTER, INNER, start, 10.0 * x, 10.0, theta, solidity, counts)
     return out, counts
 
 

@@ -52,7 +52,9 @@ class Lumps:
             "hub_inertia": 0.0,
         }
 
-    def positions(self, q: np.ndarray, body: Any, tilt: float, pitch: np.ndarray) -> np.ndarray:
+    def positions(
+        self, q: np.ndarray, body: Any, tilt: float, yaw: float, pitch: np.ndarray
+    ) -> np.ndarray:
         """Blades' points, hub, nacelle and bearing, ((3 P + 3), 3)."""
         theta = np.array([-body.tower_slope[1] * q[1], body.tower_slope[0] * q[0], 0.0])
         cross = np.array(
@@ -61,7 +63,7 @@ class Lumps:
         turn = np.eye(3) + cross + 0.5 * cross @ cross
         top = np.array([q[0], q[1], 0.0])
         apex = top + turn @ body.apex
-        axes = turn @ hub_axes(tilt, 0.0).T
+        axes = turn @ hub_axes(tilt, yaw).T
         cone = math.atan2(body.cone_sine, body.cone_cosine)
         rows = []
         for k in range(3):
@@ -80,9 +82,9 @@ class Lumps:
         return np.concatenate(rows)
 
 
-def setup(nrel, lumps: Lumps, freedoms) -> tuple[TurbineRun, Any]:
+def setup(nrel, lumps: Lumps, freedoms, yaw: float = 0.0) -> tuple[TurbineRun, Any]:
     """A run whose structure is the lumps', in air too thin to matter."""
-    dynamic = DynamicTurbine(turbine=nrel, freedoms=freedoms)
+    dynamic = DynamicTurbine(turbine=nrel, freedoms=freedoms, yaw=yaw)
     still = StaticField(speed=1e-3, hub_height=90.0)
     run = TurbineRun(dynamic, still, rotor_speed=1.0, pitch=np.array([0.1, 0.3, -0.2]))
     body = run.model.body._replace(**lumps.tables())
@@ -100,7 +102,7 @@ def reference(lumps: Lumps, run: TurbineRun, body: Any, torque: float) -> dict[s
     )
 
     def at(x: np.ndarray) -> np.ndarray:
-        return lumps.positions(x, body, tilt, state.pitch)
+        return lumps.positions(x, body, tilt, run.dynamic.yaw, state.pitch)
 
     h = 1e-5
     size = q.size
@@ -133,7 +135,7 @@ def test_accelerations_and_section_loads(nrel) -> None:
     )  # fmt: skip
     for seed in range(4):
         lumps = Lumps(seed, shortening=False)
-        run, body = setup(nrel, lumps, freedoms)
+        run, body = setup(nrel, lumps, freedoms, yaw=0.2 * seed)
         rng = np.random.default_rng(10 + seed)
         state = run.state
         state.q[:] = rng.normal(size=10) * [0, 0, 2, 0, *[1.5, 0.8] * 3]

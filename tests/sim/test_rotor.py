@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 
+from pitchopt.aero.polars import Polar
 from pitchopt.aero.static_rotor import StaticRotor
 from pitchopt.control import PitchActuator
 from pitchopt.control.signals import COMMANDS, PITCH_COMMAND
@@ -76,6 +77,43 @@ def test_static_rotor_is_the_limit(key, speed, wind, pitch_deg, yaw_deg) -> None
     assert math.cos(cone) * force[:, 0] == pytest.approx(loads.thrust, rel=3e-5)
     torque = math.cos(cone) * moment[:, 0] - math.sin(cone) * moment[:, 2]
     assert torque == pytest.approx(loads.torque, abs=3e-5 * np.abs(loads.torque).max())
+
+
+def test_narrow_polars_keep_their_end_values(nrel) -> None:
+    """Beyond its ends a polar is constant: in the momentum balance as well as in the loads."""
+    blade = nrel.rotor.blade
+    short, long = {}, {}
+    for polar in blade.polars:
+        part = np.abs(polar.alpha) <= math.radians(6.0)
+        if np.count_nonzero(part) < 3:  # cylinders
+            short[id(polar)] = long[id(polar)] = polar
+            continue
+        alpha, cl, cd = polar.alpha[part], polar.cl[part], polar.cd[part]
+        short[id(polar)] = Polar(alpha=alpha, cl=cl, cd=cd)
+        long[id(polar)] = Polar(
+            alpha=np.concatenate([[-math.pi], alpha, [math.pi]]),
+            cl=np.pad(cl, 1, mode="edge"),
+            cd=np.pad(cd, 1, mode="edge"),
+        )
+
+    def turn(polars):
+        rotor = dataclasses.replace(
+            nrel.rotor,
+            blade=dataclasses.replace(blade, polars=tuple(polars[id(p)] for p in blade.polars)),
+        )
+        turbine = dataclasses.replace(nrel, rotor=rotor)
+        dynamic = DynamicTurbine(turbine=turbine, freedoms=(), inflow="quasi-steady")
+        wind = StaticField(speed=12.0, hub_height=90.0, vertical=PowerLaw(exponent=0.2))
+        run = TurbineRun(dynamic, wind, rotor_speed=1.2)
+        command = np.zeros(COMMANDS)
+        for _ in range(100):
+            run.advance(command)
+        counts = run.state.inflow.counts
+        return run.work.rotor.moment.copy(), counts[0] / counts[1]
+
+    (moment, evaluations), (expected, as_many) = turn(short), turn(long)
+    np.testing.assert_allclose(moment, expected, rtol=1e-12)
+    assert evaluations == as_many
 
 
 def test_induced_velocity_answers_a_step(nrel) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from pitchopt.sim import (
     simulate_many,
     statistics,
 )
-from windfield import TransientField, TurbulentField, kaimal_box
+from windfield import StaticField, TransientField, TurbulenceBox, TurbulentField, kaimal_box
 
 START = Start(rotor_speed=1.267, pitch=math.radians(3.0), torque=43e3)
 
@@ -94,6 +95,14 @@ def test_same_result_whatever_the_number_of_threads(dynamic, turbulent, controll
     for a, b in zip(one, two, strict=True):
         assert np.array_equal(a.values, b.values)
     assert not np.array_equal(one[0].values, one[1].values)
+
+
+def test_pickled_turbine_runs_to_the_same_bits(dynamic, turbulent, controller) -> None:
+    """What an executor of processes sends to them."""
+    once = simulate(dynamic, turbulent(1), controller, 5.0, start=START)
+    copies = pickle.loads(pickle.dumps((dynamic, turbulent(1), controller)))  # noqa: S301 (own)
+    assert copies[0].turbine.notes == dynamic.turbine.notes
+    np.testing.assert_array_equal(simulate(*copies, 5.0, start=START).values, once.values)
 
 
 def test_snapshot_goes_on_to_the_last_bit(dynamic, turbulent) -> None:
@@ -244,7 +253,7 @@ def gains(controller: TurbineController, **factors: float) -> TurbineController:
 
 
 def test_healthy_loops_do_not_count_as_diverged(dynamic, sheared, controller) -> None:
-    """A gust, a shutdown to feather, and gains three times too large are results."""
+    """A gust, ways from and to feather, and gains three times too large are results."""
     gust = TransientField(mean=sheared(12.0), time=[20.0, 25.0, 30.0], speed=[12.0, 22.0, 12.0])
     assert simulate(dynamic, gust, controller, 60.0, start=START).status == "finished"
     lively = gains(controller, proportional=3.0)
@@ -260,6 +269,46 @@ def test_healthy_loops_do_not_count_as_diverged(dynamic, sheared, controller) ->
             return command
 
     assert simulate(dynamic, sheared(12.0), Shutdown(), 60.0, start=START).status == "finished"
+    # 43 s at the limit of a slow actuator, but one way only
+    slow = PitchActuator(lowest=0.0, highest=math.radians(90.0), rate=math.radians(2.0))
+    started = simulate(
+        DynamicTurbine(turbine=dynamic.turbine, actuator=slow),
+        sheared(9.0),
+        controller,
+        60.0,
+        start=Start(rotor_speed=0.3, pitch=math.radians(89.0)),
+    )
+    assert started.status == "finished"
+    rate = np.diff(started["BldPitch1"]) / started.interval
+    assert np.count_nonzero(rate < -0.99 * slow.rate) * started.interval > 40.0
+
+
+def test_box_that_ends_must_reach_as_far_as_the_blades(nrel, controller) -> None:
+    """Wind that is not along the shaft meets blades far upwind and downwind of the tower."""
+
+    def run(direction: float, yaw: float, offset: float):
+        box = TurbulenceBox(
+            velocity=np.zeros((60, 3, 3, 3)),
+            spacing=3.0,
+            y=np.array([-80.0, 0.0, 80.0]),
+            z=np.array([5.0, 90.0, 175.0]),
+            mean_speed=12.0,
+            offset=offset,
+        )
+        mean = StaticField(speed=12.0, hub_height=90.0, direction=direction)
+        turning = DynamicTurbine(turbine=nrel, yaw=yaw)
+        return simulate(
+            turning, TurbulentField(mean=mean, box=box), controller, 2.0, start=START
+        ).status
+
+    assert run(0.5, 0.5, 3.0) == run(0.0, 0.0, 3.0) == run(0.5, 0.0, 13.0) == "finished"
+    for direction, yaw in ((0.5, 0.0), (0.0, 0.5), (-0.5, 0.0)):
+        with pytest.raises(InputError, match="offset: got 3 in a box that is not periodic"):
+            run(direction, yaw, 3.0)
+
+
+def blades(turbine, number: int):
+    return dataclasses.replace(turbine, rotor=dataclasses.replace(turbine.rotor, blades=number))
 
 
 def test_bad_input(dynamic, sheared, turbulent, controller, nrel) -> None:
@@ -298,6 +347,8 @@ def test_bad_input(dynamic, sheared, turbulent, controller, nrel) -> None:
         ({"step": 0.0}, "step: got 0"),
         ({"yaw": 2.0}, "yaw: got 2"),
         ({"turbine": None}, "turbine: got NoneType"),
+        ({"turbine": blades(nrel, 2)}, "got 2 blades, expected 3"),
+        ({"turbine": blades(nrel, 4)}, "got 4 blades, expected 3"),
     ):
         with pytest.raises(InputError, match=message):
             DynamicTurbine(**({"turbine": nrel} | options))

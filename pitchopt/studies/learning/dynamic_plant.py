@@ -42,7 +42,7 @@ from pitchopt.control import TurbineController, nrel_5mw_baseline
 from pitchopt.control.signals import ROTOR_SPEED
 from pitchopt.errors import ComputationError, InputError
 from pitchopt.sim import DynamicTurbine, Start, TurbineRun
-from pitchopt.sim.wind import Wind, check_wind
+from pitchopt.sim.wind import Wind, check_wind, wind_direction
 
 __all__ = ["DynamicPlant", "whole_step"]
 
@@ -120,7 +120,8 @@ class DynamicPlant:
                 f"{start.rotor_speed * dynamic.step / self._station:.3g} times the way between "
                 "two positions, expected at most once: take fewer positions or a shorter step"
             )
-        check_wind(dynamic.turbine, dynamic.reach, wind, dynamic.step, repeat=True)
+        reach = dynamic.reach_in(wind_direction(wind))
+        check_wind(dynamic.turbine, reach, wind, dynamic.step, repeat=True)
         self._start = start
         self.averaged = whole_number("averaged", averaged, at_least=0)
         self._run = TurbineRun(

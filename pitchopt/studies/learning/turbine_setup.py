@@ -33,7 +33,7 @@ from pitchopt.checks import FloatArray, finite_number, whole_number
 from pitchopt.control import PitchActuator, TurbineController
 from pitchopt.errors import InputError
 from pitchopt.sim import FREEDOMS, DynamicTurbine, Operation, Start
-from pitchopt.sim.wind import Wind, check_wind
+from pitchopt.sim.wind import Wind, check_wind, wind_direction
 from pitchopt.studies.learning.dynamic_plant import DynamicPlant, whole_step
 from pitchopt.turbines import Turbine
 from windfield import StaticField, TurbulentField, WindFieldError
@@ -152,7 +152,8 @@ class TurbineSetup:
             self.start = Start(rotor_speed=speed, pitch=start_pitch)
         self.rotor_speed = speed
         self.dynamic = self._dynamic(speed)
-        check_wind(self.turbine, self.dynamic.reach, self.wind, self.dynamic.step)
+        reach = self.dynamic.reach_in(wind_direction(self.wind))
+        check_wind(self.turbine, reach, self.wind, self.dynamic.step)
 
     @property
     def stations(self) -> int:
