@@ -222,7 +222,7 @@ def command(**options: Any) -> int:
     folder = output.out_folder(options["out"], "simulate", dynamic.turbine.name, as_json=as_json)
     cache = _cache(options)
     operation = Operation(dynamic)
-    with Progress() as progress:
+    with Progress(compiled="the time loop") as progress:
         controller = load_controller(options["controller"], operation)
         result = run_simulations(
             dynamic,
@@ -333,4 +333,6 @@ def _files(
 
 
 def _title(result: SimulationResult) -> str:
-    return f"{result.turbine}, {result.runs[0].turbulence}, controller {result.controller}"
+    kind = result.runs[0].turbulence
+    wind = "steady wind" if kind == "none" else kind
+    return f"{result.turbine}, {wind}, controller {result.controller}"
