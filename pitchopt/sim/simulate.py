@@ -322,9 +322,14 @@ def simulate_many(
 
     Parameters
     ----------
+    dynamic : DynamicTurbine
     winds : iterable of wind fields, or of functions that make one
         A function is called in the worker, so that boxes are made side by side and only as many
         are in memory as there are workers.
+    controller : TurbineController or any Controller
+        Each run has a copy of its own.
+    duration : float
+        Of each run [s].
     start : Start or one for each wind
     labels : sequence of str, optional
     executor : Executor, optional
