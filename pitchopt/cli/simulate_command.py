@@ -98,8 +98,8 @@ def _wind_options(function: Any) -> Any:
             click.option("--no-tower-shadow", is_flag=True, help="Leave out the tower's shadow."),
             click.option(
                 "--box-points", type=Option("n", whole(2, 50)), metavar="N", default="13",
-                show_default=True, help="Grid of a Kaimal box across and upward, at most 50; its time "
-                "grows steeply.",
+                show_default=True, help="Grid of a Kaimal box across and upward, at most 50; its "
+                "time grows steeply.",
             ),
             click.option(
                 "--box-shape", type=Option("n", shape), metavar="NX,NY,NZ",

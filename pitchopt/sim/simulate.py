@@ -211,7 +211,7 @@ def simulate(
     scale = np.where(state.scale > 0.0, state.scale, 1.0)
     values = record[: rows + 1]
     error = np.where(np.isfinite(state.error), state.error, np.inf) / scale
-    reason = "" if good else _reason(run)
+    reason = "" if good else f"{_reason(run)}; gains, wind or time step do that"
     if good and error.max() > _TOO_LONG:
         good = False
         reason = (
@@ -226,9 +226,7 @@ def simulate(
         values=values,
         status="finished" if good else "diverged",
         message=(
-            f"finished after {duration:g} s"
-            if good
-            else f"diverged at {run.time:g} s: {reason}; gains, wind or time step do that"
+            f"finished after {duration:g} s" if good else f"diverged at {run.time:g} s: {reason}"
         ),
         diverged_at=None if good else run.time,
         interval=every * step,
