@@ -153,7 +153,7 @@ def _turbine_options(function: Any) -> Any:
                 show_default=True, help="Time constant of the pitch actuators.",
             ),
             click.option(
-                "--step", type=Option("s", positive(0.2, "s")), metavar="S", default="0.02",
+                "--step", type=Option("s", positive(0.2, "s")), metavar="S", default="0.025",
                 show_default=True, help="Step of the time loop.",
             ),
             click.option(

@@ -18,6 +18,9 @@ from pitchopt.sim.wind import Wind, wind_tables
 
 __all__ = ["OVERSPEED", "TurbineRun"]
 
+_SETTLE_ROUNDS = 4
+_SETTLE_STEP = 1e-3  # of the differences [m]
+
 OVERSPEED = 2.0  # times rated: no controller holds the rotor any more
 
 
@@ -85,6 +88,39 @@ class TurbineRun:
     def time(self) -> float:
         """Now [s]."""
         return float(self.state.count[0] * self.model.step)
+
+    def settle(self) -> None:
+        """Deflect tower and blades to where they would rest, rotor speed and azimuth held.
+
+        Newton's method on the accelerations, which vanish there; without it a run begins with
+        the ringing of an undeflected structure under full load.  A structure that finds no rest
+        within half of what counts as diverged stays as it was.
+        """
+        from pitchopt.sim.kernels_march import begin
+        from pitchopt.sim.kernels_motion import AZIMUTH, TWIST
+
+        state = self.state
+        moving = np.flatnonzero(self.model.body.active)
+        moving = moving[(moving != AZIMUTH) & (moving != TWIST)]
+        before = state.q.copy()
+
+        def acceleration() -> FloatArray:
+            state.inflow.disc[3] = 0.0  # the wake settles too
+            begin(self.model, state, self.work)
+            return np.array(state.a[moving])
+
+        for _ in range(_SETTLE_ROUNDS):
+            at = acceleration()
+            slopes = np.empty((moving.size, moving.size))
+            for j, place in enumerate(moving):
+                state.q[place] += _SETTLE_STEP
+                slopes[:, j] = (acceleration() - at) / _SETTLE_STEP
+                state.q[place] -= _SETTLE_STEP
+            state.q[moving] -= np.linalg.solve(slopes, at) if moving.size else 0.0
+        if not np.all(np.abs(state.q[moving]) < 0.5 * self.model.largest):
+            state.q[:] = before
+        acceleration()
+        state.inflow.counts[:] = 0
 
     def measured(self) -> FloatArray:
         """What a controller sees now (MEASURED,), see `pitchopt.control.signals`."""

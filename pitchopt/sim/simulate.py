@@ -27,7 +27,7 @@ _CHUNK = 60.0  # seconds marched between two looks at the keyboard
 
 @dataclass(frozen=True, kw_only=True)
 class Start:
-    """State in which a run begins; the structure is at rest and not deflected.
+    """State in which a run begins; tower and blades are at rest, deflected by the loads there.
 
     Parameters
     ----------
@@ -200,6 +200,7 @@ def simulate(
         torque=start.torque,
         azimuth=start.azimuth,
     )
+    run.settle()
     record = np.zeros((steps // every + 1, len(dynamic.channels)))
     record[0] = run.outputs()
     began = clock.perf_counter()

@@ -28,7 +28,8 @@ def document(run):
     return call
 
 
-def test_schema_of_the_document(run, tmp_path):
+def test_schema_of_the_document(run, tmp_path, monkeypatch):
+    monkeypatch.setattr("pitchopt.cli.progress.DELAY", 1e6)  # no bar on a slow machine either
     done = run(*SMALL, "--rotations", "21", "--wind-step", "10:+2", "--json")
     assert done.status == 0, done.err
     assert done.err == ""

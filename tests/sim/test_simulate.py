@@ -345,3 +345,17 @@ def test_steady_start_of_every_wind(dynamic) -> None:
     assert whole.curve.wind_speed.size == 23
     for speed in (2.0, 3.0, 5.0, 11.0, 18.6, 25.0, 30.0):  # with the whole curve and without
         assert operation.start(speed) == whole.start(speed)
+
+
+def test_a_run_starts_at_rest_under_its_loads(dynamic, sheared, controller) -> None:
+    """Accelerations of the structure vanish at the start, and the tower rings little."""
+    run = TurbineRun(dynamic, sheared(12.0), rotor_speed=1.267, pitch=0.05, torque=43e3)
+    run.settle()
+    structure = [0, 1, *range(4, 10)]
+    assert np.abs(run.state.a[structure]).max() < 1e-9
+    assert run.state.q[0] == pytest.approx(0.35, abs=0.05)
+    result = simulate(dynamic, sheared(12.0), controller, 60.0, start=START)
+    early, late = (np.ptp(result["TwrBsMyt"][part]) for part in (slice(0, 400), slice(800, 1200)))
+    assert early < 0.3 * result["TwrBsMyt"].mean()
+    assert result["TTDspFA"][0] > 0.3
+    assert late < 0.3 * result["TwrBsMyt"].mean()

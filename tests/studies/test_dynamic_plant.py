@@ -85,15 +85,7 @@ def test_locked_turbine_has_the_static_rotors_equilibrium_loads(case, make, skew
     loads = plant.held(profile, 2)[-1, -1]
     expected = interval_means(case, profile)
     swing = np.ptp(expected, axis=1)
-    if not skew:
-        assert np.all(np.abs(loads - expected) < 1e-3 * swing[:, None])
-        return
-    # in the skewed wake the time loop has the wind of the moving disc, the static rotor that of
-    # each azimuth: tilt and yaw differ, by 4 % of what they swing at most
-    apart = np.abs(loads - expected).max(axis=1) / swing
-    assert apart.max() == pytest.approx(0.036, abs=0.006)
-    assert np.argmax(apart) == 1
-    np.testing.assert_allclose(loads.std(axis=1), expected.std(axis=1), rtol=0.035)
+    assert np.all(np.abs(loads - expected) < 1e-3 * swing[:, None])
 
 
 def test_gravity_adds_what_the_shaft_carries_and_nothing_periodic(make, case):
