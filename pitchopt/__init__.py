@@ -2,7 +2,8 @@
 
 Given a turbine, a wind field over its rotor disc and the limits of its pitch actuators, find
 the pitch profile beta(psi) that trades mean torque against the variation of torque, tilt, yaw
-and thrust, and bound how far it is from the global optimum.
+and thrust, and bound how far it is from the global optimum; or simulate the turbine under a
+controller in turbulence (`pitchopt.sim`, `pitchopt.control`, `pitchopt.fatigue`).
 
 Public names load on first use, so that ``import pitchopt`` stays short.  Signs, units and
 symbols: NOMENCLATURE.md; derivations: docs/theory.md.
@@ -38,6 +39,8 @@ if TYPE_CHECKING:
         schedule,
         tradeoff,
     )
+    from pitchopt.fatigue import damage_equivalent_load
+    from pitchopt.sim import DynamicTurbine, Operation, simulate, simulate_many
     from pitchopt.turbines import Turbine, load_turbine, read_windio
 
 __all__ = [
@@ -48,9 +51,11 @@ __all__ = [
     "CurvesModel",
     "Design",
     "DesignTask",
+    "DynamicTurbine",
     "InfeasibleError",
     "InputError",
     "LoadWeights",
+    "Operation",
     "PitchLimits",
     "PitchoptError",
     "Polar",
@@ -63,6 +68,7 @@ __all__ = [
     "Turbine",
     "__version__",
     "compared",
+    "damage_equivalent_load",
     "fit_polar",
     "load_case",
     "load_turbine",
@@ -70,6 +76,8 @@ __all__ = [
     "read_windio",
     "robust",
     "schedule",
+    "simulate",
+    "simulate_many",
     "tradeoff",
 ]
 
@@ -82,7 +90,9 @@ _HOME = {
     "CurvesModel": "pitchopt.design",
     "Design": "pitchopt.design",
     "DesignTask": "pitchopt.design",
+    "DynamicTurbine": "pitchopt.sim",
     "LoadWeights": "pitchopt.design",
+    "Operation": "pitchopt.sim",
     "PitchLimits": "pitchopt.design",
     "Polar": "pitchopt.aero.polars",
     "PolarFit": "pitchopt.aero.fits",
@@ -93,6 +103,7 @@ _HOME = {
     "Tradeoff": "pitchopt.design",
     "Turbine": "pitchopt.turbines",
     "compared": "pitchopt.design",
+    "damage_equivalent_load": "pitchopt.fatigue",
     "fit_polar": "pitchopt.aero.fits",
     "load_case": "pitchopt.cases",
     "load_turbine": "pitchopt.turbines",
@@ -100,6 +111,8 @@ _HOME = {
     "read_windio": "pitchopt.turbines",
     "robust": "pitchopt.design",
     "schedule": "pitchopt.design",
+    "simulate": "pitchopt.sim",
+    "simulate_many": "pitchopt.sim",
     "tradeoff": "pitchopt.design",
 }
 

@@ -102,7 +102,7 @@ def learn_turbine(case: Case, settings: LearningSettings, options: dict[str, Any
     }
     as_json = options["as_json"]
     folder = output.out_folder(options["out"], "learn", case.name, as_json=as_json)
-    with Progress() as progress:
+    with Progress(compiled="the time loop") as progress:
         result = learn_on_turbine(
             case,
             settings,

@@ -97,8 +97,9 @@ def _wind_options(function: Any) -> Any:
             ),
             click.option("--no-tower-shadow", is_flag=True, help="Leave out the tower's shadow."),
             click.option(
-                "--box-points", type=Option("n", whole(2, 200)), metavar="N", default="13",
-                show_default=True, help="Grid of a Kaimal box across and upward.",
+                "--box-points", type=Option("n", whole(2, 50)), metavar="N", default="13",
+                show_default=True, help="Grid of a Kaimal box across and upward, at most 50; its "
+                "time grows steeply.",
             ),
             click.option(
                 "--box-shape", type=Option("n", shape), metavar="NX,NY,NZ",
@@ -222,7 +223,7 @@ def command(**options: Any) -> int:
     folder = output.out_folder(options["out"], "simulate", dynamic.turbine.name, as_json=as_json)
     cache = _cache(options)
     operation = Operation(dynamic)
-    with Progress() as progress:
+    with Progress(compiled="the time loop") as progress:
         controller = load_controller(options["controller"], operation)
         result = run_simulations(
             dynamic,
@@ -333,4 +334,6 @@ def _files(
 
 
 def _title(result: SimulationResult) -> str:
-    return f"{result.turbine}, {result.runs[0].turbulence}, controller {result.controller}"
+    kind = result.runs[0].turbulence
+    wind = "steady wind" if kind == "none" else kind
+    return f"{result.turbine}, {wind}, controller {result.controller}"

@@ -99,7 +99,7 @@ class IndividualPitch:
         orders = np.arange(1, count + 1) if self.order is None else np.asarray(self.order)
         if orders.shape != (count,):
             raise InputError(f"order: got shape {orders.shape}, expected {(count,)} as the gains")
-        order = finite_array("order", [harmonic(n) for n in orders])
+        order = finite_array("order", [harmonic(n) for n in orders.tolist()])
         if np.unique(order).size != count:
             raise InputError(f"order: got {order.tolist()}, expected different harmonics")
         offset = np.zeros(count) if self.offset is None else self.offset

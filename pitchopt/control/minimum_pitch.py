@@ -48,7 +48,7 @@ class MinimumPitchTable:
     def __post_init__(self) -> None:
         wind = finite_array("wind_speed", self.wind_speed)
         if wind.size < 2 or np.any(np.diff(wind) <= 0.0):
-            raise InputError(f"wind_speed: got {wind.size} values, expected two or more, ascending")
+            raise InputError(f"wind_speed: got {wind.tolist()}, expected two or more, ascending")
         object.__setattr__(self, "wind_speed", wind)
         object.__setattr__(self, "pitch", finite_array("pitch", self.pitch, shape=wind.shape))
 

@@ -133,11 +133,12 @@ def contraction_figure(loop: LoopLike, *, title: str = "") -> Figure:
 
 
 def simulation_figure(result: RunsLike, *, title: str = "") -> Figure:
-    """Runs of one wind speed over time, those of several over wind speed."""
+    """Runs of one wind speed over time, those of several over wind speed; six channels at most."""
     known = [channel.name for channel in result.channels]
     several = len({run.wind_speed for run in result.runs}) > 1
     panels = OVER_WIND_SPEED if several else OVER_TIME
-    names = [name for name in panels if name in known] or known[: len(panels)]
+    names = [name for name in panels if name in known]
+    names += [name for name in known if name not in names][: len(panels) - len(names)]
     if several:
         rows = -(-len(names) // 2)
         figure = _figure(9.0, 1.0 + 2.5 * rows)

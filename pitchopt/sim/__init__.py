@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pitchopt.sim.channels import Channel
+from pitchopt.sim.frequencies import Mode, natural_modes
 from pitchopt.sim.operation import Operation
 from pitchopt.sim.run import TurbineRun
 from pitchopt.sim.simulate import Simulation, Start, simulate, simulate_many
@@ -16,12 +17,14 @@ __all__ = [
     "Channel",
     "ChannelStatistics",
     "DynamicTurbine",
+    "Mode",
     "Operation",
     "Simulation",
     "Start",
     "TowerModel",
     "TurbineRun",
     "average",
+    "natural_modes",
     "simulate",
     "simulate_many",
     "statistics",

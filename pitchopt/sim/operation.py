@@ -157,15 +157,33 @@ class Operation:
     @cached_property
     def curve(self) -> OperatingPoints:
         """Operating points over the turbine's range of wind speeds, a metre per second apart."""
+        return self.points(self._speeds)
+
+    @cached_property
+    def _speeds(self) -> FloatArray:
         turbine = self.dynamic.turbine
         low = turbine.cut_in_wind_speed or 3.0
         high = turbine.cut_out_wind_speed or 25.0
-        return self.points(np.linspace(low, high, max(round(high - low), 2) + 1))
+        return np.linspace(low, high, max(round(high - low), 2) + 1)
+
+    @cached_property
+    def _parts(self) -> dict[int, OperatingPoints]:
+        """Pairs of neighbours on the curve, as far as they were asked for."""
+        return {}
+
+    def _around(self, speed: float) -> OperatingPoints:
+        """The curve, or the two points of it about a speed while it has not been computed."""
+        if "curve" in vars(self):
+            return self.curve
+        k = int(np.clip(np.searchsorted(self._speeds, speed) - 1, 0, self._speeds.size - 2))
+        if k not in self._parts:
+            self._parts[k] = self.points(self._speeds[k : k + 2])
+        return self._parts[k]
 
     def start(self, wind_speed: float, *, azimuth: float = 0.0) -> Start:
         """State near steady operation at a hub wind speed [m/s], held outside of the range."""
-        curve = self.curve
         speed = finite_number("wind_speed", wind_speed, at_least=0.0)
+        curve = self._around(speed)
         rotor_speed = float(np.interp(speed, curve.wind_speed, curve.rotor_speed))
         power = float(np.interp(speed, curve.wind_speed, curve.power))
         gear = self.dynamic.turbine.drivetrain.gear_ratio

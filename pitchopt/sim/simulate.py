@@ -21,6 +21,7 @@ from pitchopt.sim.wind import Wind, check_wind, wind_direction
 
 __all__ = ["Simulation", "Start", "simulate", "simulate_many"]
 
+_TOO_LONG = 1.0  # step check of a run that oscillates with the step and follows no physics
 _CHUNK = 60.0  # seconds marched between two looks at the keyboard
 
 
@@ -55,6 +56,10 @@ class Start:
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Simulation:
     """Result of a run.
+
+    A run has diverged when the compiled loop stopped it (see `message`), or when at its end the
+    step check `error` of a coordinate has passed one: the step is then longer than the loop is
+    stable with.
 
     Attributes
     ----------
@@ -172,7 +177,7 @@ def simulate(
     ------
     InputError
         If the wind is outside of the turbine's range, a box is smaller than the rotor or shorter
-        than the run, or the run is shorter than a step.
+        than the run, the run is shorter than a step, or the controller has no such methods.
     """
     step = dynamic.step
     duration = finite_number("duration", duration, above=0.0)
@@ -183,6 +188,11 @@ def simulate(
     every = max(round(interval / step), 1)
     reach = dynamic.reach_in(wind_direction(wind))
     check_wind(dynamic.turbine, reach, wind, duration, any_wind=any_wind, repeat=repeat)
+    if not all(callable(getattr(controller, name, None)) for name in ("start", "command")):
+        raise InputError(
+            f"controller: got {type(controller).__name__}, expected an object with start(step, "
+            "measured) and command(measured)"
+        )
     run = TurbineRun(
         dynamic,
         wind,
@@ -202,6 +212,14 @@ def simulate(
     balances = max(int(state.inflow.counts[1]), 1)
     scale = np.where(state.scale > 0.0, state.scale, 1.0)
     values = record[: rows + 1]
+    error = np.where(np.isfinite(state.error), state.error, np.inf) / scale
+    reason = "" if good else f"{_reason(run)}; gains, wind or time step do that"
+    if good and error.max() > _TOO_LONG:
+        good = False
+        reason = (
+            f"predicted and final rates part by {error.max():.3g} times the largest rate, the step "
+            f"of {step:g} s is too long"
+        )
     if not good:
         values = values[np.isfinite(values).all(axis=1)]
     return Simulation(
@@ -210,16 +228,14 @@ def simulate(
         values=values,
         status="finished" if good else "diverged",
         message=(
-            f"finished after {duration:g} s"
-            if good
-            else f"diverged at {run.time:g} s: {_reason(run)}; gains, wind or time step do that"
+            f"finished after {duration:g} s" if good else f"diverged at {run.time:g} s: {reason}"
         ),
         diverged_at=None if good else run.time,
         interval=every * step,
         step=step,
         duration=duration,
         label=label,
-        error=np.where(np.isfinite(state.error), state.error, np.inf) / scale,
+        error=error,
         evaluations=float(state.inflow.counts[0]) / balances,
         seconds=seconds,
     )
@@ -306,9 +322,14 @@ def simulate_many(
 
     Parameters
     ----------
+    dynamic : DynamicTurbine
     winds : iterable of wind fields, or of functions that make one
         A function is called in the worker, so that boxes are made side by side and only as many
         are in memory as there are workers.
+    controller : TurbineController or any Controller
+        Each run has a copy of its own.
+    duration : float
+        Of each run [s].
     start : Start or one for each wind
     labels : sequence of str, optional
     executor : Executor, optional

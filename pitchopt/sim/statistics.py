@@ -64,6 +64,15 @@ def statistics(
     simulation : Simulation
     skip : float
         Start of the series that is left out [s].
+    names : sequence of str, optional
+        Channels; all without.
+    blade_slope, steel_slope : float
+        Slopes of the S-N curves of blade roots (channels ``Root...``) and of all other loads.
+
+    Returns
+    -------
+    dict of str to ChannelStatistics
+        SI units.
 
     Raises
     ------

@@ -130,7 +130,10 @@ class DynamicTurbine:
                 "shaft, leave 'shaft-torsion' out"
             )
         if drivetrain.generator_inertia is None:
-            raise InputError(f"turbine {self.turbine.name!r}: generator inertia is not known")
+            raise InputError(
+                f"turbine {self.turbine.name!r}: generator inertia is not known, expected "
+                "drivetrain.generator_inertia in kg m^2, which windIO files do not hold"
+            )
         self.tower  # noqa: B018  (raises what is missing)
 
     @cached_property

@@ -46,6 +46,7 @@ def numbers_of(value):
 
 
 def test_schema_of_the_document(run, tmp_path):
+    assert run(*QUICK, "--turbulence", "none", "--json").status == 0  # compiles, and may say so
     done = run(*QUICK, "--wind-speed", "8,14", "--seeds", "2", "--json")
     assert done.status == 0, done.err
     assert done.err == ""
@@ -160,6 +161,7 @@ def test_options_arrive(document):
     assert (told["shear"], told["tower_shadow"], told["inflow"]) == (0.0, False, "quasi-steady")
     assert (told["freedoms"], told["pitch_lag"]) == (["rotor-speed"], 0.3)
     assert told["interval"] == 0.1
+    assert document("--turbulence", "none", "--interval", "0.12")["settings"]["interval"] == 0.1
     assert len(changed["channels"]) > 80
     still = changed["runs"][0]["statistics"]
     assert still["TTDspFA"]["std"] == 0.0 and still["OoPDefl1"]["std"] == 0.0
@@ -309,11 +311,12 @@ def test_turbsim_file(document, tmp_path):
         (("--controller", "absent.toml"), "absent.toml: no such file"),
         (("--controller", "typo.toml"), "typo.toml: pitch.frequncy: unknown key"),
         (("--turbine", "nrel"), "turbine: got 'nrel'"),
-        (("--turbine", "biegel2011"), "generator inertia is not known"),
+        (("--turbine", "biegel2011"), "generator inertia is not known, expected drivetrain."),
         (("--freedoms", "flap"), "freedoms: got 'flap'"),
         (("--format", "xls"), "--format: got 'xls'"),
         (("--inflow", "none"), "--inflow"),
         (("--step", "0.5"), "--step: got '0.5'"),
+        (("--box-points", "51"), "--box-points: got '51', expected a whole number from 2 to 50"),
         (("--cache", "text.bts"), "text.bts: cannot be made or is not a folder"),
         (("--cache", "a", "--no-cache"), "--no-cache: got it together with --cache"),
         (("--out", "text.bts"), "--out: got 'text.bts'"),

@@ -119,10 +119,11 @@ def test_statistics_over_wind_speed(ax):
 
 def test_figures():
     one = simulation_figure(Runs((make(), make(seed=2))), title="here")
-    assert [ax.get_ylabel().split("\n")[0] for ax in one.axes] == ["power", "tower base"]
+    # usual channels in their order, then what else was asked for
+    assert [ax.get_ylabel().split("\n")[0] for ax in one.axes] == ["power", "tower base", "Azimuth"]
     assert png(one).startswith(b"\x89PNG")
     several = simulation_figure(Runs((make(6.0), make(9.0))))
-    assert len(several.axes) == 2 and several.axes[0].get_xlabel() == "wind speed [m/s]"
+    assert len(several.axes) == 3 and several.axes[0].get_xlabel() == "wind speed [m/s]"
     png(several)
     few = Runs((make(),), channels=CHANNELS[2:])
     assert simulation_figure(few).axes[0].get_ylabel() == "Azimuth\n[deg]"

@@ -7,8 +7,7 @@ import math
 import pytest
 
 from pitchopt.errors import InputError
-from pitchopt.sim import DynamicTurbine
-from pitchopt.sim.frequencies import natural_modes
+from pitchopt.sim import DynamicTurbine, natural_modes
 
 TURN = 2.0 * math.pi
 

@@ -245,6 +245,21 @@ def test_gains_that_destabilise_end_the_run(dynamic, sheared, controller) -> Non
             assert all(math.isfinite(x) for x in (line.mean, line.std, line.least, line.largest))
 
 
+def test_step_that_is_too_long_is_no_result(nrel, sheared, controller) -> None:
+    """The loop stays bounded past its stability limit, and follows the step instead of physics."""
+    tower = {}
+    for step in (0.02, 0.07, 0.1):
+        dynamic = DynamicTurbine(turbine=nrel, step=step)
+        result = simulate(dynamic, sheared(14.0), controller, 60.0, start=START)
+        tower[step] = result["TwrBsMyt"][result.time >= 30.0].mean()
+        assert (result.status == "diverged") == (step == 0.1)
+    assert tower[0.07] == pytest.approx(tower[0.02], rel=0.01)
+    assert abs(tower[0.1] / tower[0.02] - 1.0) > 0.1
+    assert "the step of 0.1 s is too long" in result.message
+    assert result.diverged_at == pytest.approx(60.0)
+    assert np.all(np.isfinite(result.values))
+
+
 def gains(controller: TurbineController, **factors: float) -> TurbineController:
     """The controller with gains of its pitch regulator multiplied."""
     pitch = controller.pitch
@@ -320,6 +335,11 @@ def test_bad_input(dynamic, sheared, turbulent, controller, nrel) -> None:
         ((sheared(12.0), controller, 0.001), good, r"at least one step of 0\.025 s"),
         ((turbulent(1), controller, 61.0), good, r"repeats after 60 s"),
         ((None, controller, 10.0), good, r"wind: got NoneType, expected a StaticField"),
+        (
+            (sheared(12.0), "tuned", 10.0),
+            good,
+            r"controller: got str, expected an object with start",
+        ),
         ((sheared(12.0), controller, 10.0), good | {"interval": 0.0}, "interval: got 0"),
     ]
     for arguments, options, message in cases:
@@ -372,6 +392,10 @@ def test_steady_start_of_every_wind(dynamic) -> None:
     assert low.rotor_speed < high.rotor_speed == pytest.approx(1.2671, rel=1e-3)
     assert high.pitch == pytest.approx(math.radians(14.8), abs=0.01)
     assert high.torque == pytest.approx(43.09e3, rel=0.005)
+    whole = Operation(dynamic)
+    assert whole.curve.wind_speed.size == 23
+    for speed in (2.0, 3.0, 5.0, 11.0, 18.6, 25.0, 30.0):  # with the whole curve and without
+        assert operation.start(speed) == whole.start(speed)
 
 
 def test_a_run_starts_at_rest_under_its_loads(dynamic, sheared, controller) -> None:

@@ -179,10 +179,11 @@ def controller_from_table(
     if "minimum_pitch" in parts:
         _needs(parts, "minimum_pitch", "wind_speed", "pitch_deg")
         found = parts["minimum_pitch"]
-        with _in("minimum_pitch"):
+        with _in("minimum_pitch", pitch="pitch_deg"):
             changes["minimum_pitch"] = MinimumPitchTable(
                 wind_speed=found["wind_speed"], pitch=found["pitch_deg"]
             )
+        _reachable(found["pitch_deg"], operation)
     if "feedforward" in parts:
         changes["feedforward"] = _profile(parts, operation, folder)
     if "minimum_pitch" in parts or "wind_speed" in parts.get("feedforward", {}):
@@ -190,7 +191,7 @@ def controller_from_table(
     controller = dataclasses.replace(controller, **changes)
     if "individual" in parts:
         _needs(parts, "individual", "gain")
-        with _in("individual"):
+        with _in("individual", order="harmonics", offset="offset_deg", limit="amplitude_deg"):
             individual = _individual(parts, operation)
         controller = with_individual(controller, individual, operation)
     return controller
@@ -205,12 +206,25 @@ def _section(name: str, content: Any) -> dict[str, Any]:
 
 
 @contextlib.contextmanager
-def _in(section: str) -> Iterator[None]:
-    """Put the section before what is said of a number in it."""
+def _in(section: str, **keys: str) -> Iterator[None]:
+    """Put the section before what is said of a number in it, with the file's key for a name."""
     try:
         yield
     except InputError as error:
-        raise InputError(f"{section}.{error}") from error
+        name, colon, rest = str(error).partition(":")
+        raise InputError(f"{section}.{keys.get(name, name)}{colon}{rest}") from error
+
+
+def _reachable(pitch: FloatArray, operation: Operation) -> None:
+    """Refuse a lowest pitch that the actuators do not reach."""
+    actuator = operation.dynamic.actuator
+    assert actuator is not None  # set by DynamicTurbine
+    for angle in pitch:
+        if not actuator.lowest <= angle <= actuator.highest:
+            raise InputError(
+                f"minimum_pitch.pitch_deg: got {angle / _DEG:g}, expected angles that the pitch "
+                f"actuators reach, {actuator.lowest / _DEG:g} to {actuator.highest / _DEG:g}"
+            )
 
 
 def _needs(parts: Mapping[str, Mapping[str, Any]], section: str, *keys: str) -> None:
@@ -273,9 +287,10 @@ def _profile(
         for key in ("point", "harmonics"):
             if key in found:
                 raise InputError(f"feedforward.{key}: got it without a profile, expected none")
-        return PitchProfile(
-            cosine=cosine, sine=found.get("sine_deg", np.zeros(cosine.size)), **shared
-        )
+        with _in("feedforward", cosine="cosine_deg", sine="sine_deg", schedule="scale"):
+            return PitchProfile(
+                cosine=cosine, sine=found.get("sine_deg", np.zeros(cosine.size)), **shared
+            )
     if "sine_deg" in found:
         raise InputError("feedforward.sine_deg: got it together with a profile, expected none")
     samples = _samples(folder / found["profile"], found.get("point"))

@@ -36,6 +36,7 @@ def simulation_document(result: SimulationResult, turbine: Mapping[str, Any]) ->
         "channels": [channel.name for channel in result.channels],
         "controller": result.controller,
         "step": result.step,
+        "interval": result.interval,
         **turbine,
     }
     return {

@@ -116,6 +116,8 @@ class SimulationResult:
     settings : SimulationSettings
     step : float
         Of the time loop [s].
+    interval : float
+        Between two instants of the series, whole steps [s].
     channels : tuple of Channel
         Of statistics and series.
     runs : tuple of RunResult
@@ -129,6 +131,7 @@ class SimulationResult:
     iec_class: str | None
     settings: SimulationSettings
     step: float
+    interval: float
     channels: tuple[Channel, ...]
     runs: tuple[RunResult, ...]
     seconds: float

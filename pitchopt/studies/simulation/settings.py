@@ -35,7 +35,7 @@ class SimulationSettings:
     skip : float
         Simulated before that and left out of them [s].
     interval : float
-        Between two instants of the series [s].
+        Between two instants of the series [s], rounded to whole steps of the loop.
     shear : float, optional
         Exponent of the mean wind's power law; 0.2 without, or the shear that a .bts file holds.
     tower_shadow : bool
@@ -75,7 +75,11 @@ class SimulationSettings:
 
     def __post_init__(self) -> None:
         finite_number("interval", self.interval, above=0.0)
-        finite_number("duration", self.duration, at_least=2.0 * self.interval)
+        if finite_number("duration", self.duration) < 2.0 * self.interval:
+            raise InputError(
+                f"duration: got {self.duration:g} s, expected at least two intervals of the "
+                f"series, {2.0 * self.interval:g} s"
+            )
         finite_number("skip", self.skip, at_least=0.0)
         finite_number("box_interval", self.box_interval, above=0.0)
         whole_number("box_points", self.box_points, at_least=2)

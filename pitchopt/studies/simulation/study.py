@@ -109,6 +109,7 @@ def run_simulations(
         check_wind(dynamic.turbine, dynamic.reach, wind.mean, settings.length)
     operation = Operation(dynamic) if operation is None else operation
     runs: list[RunResult] = []
+    interval = settings.interval
     done = itertools.count()
 
     def report(_: Simulation | None) -> None:
@@ -130,6 +131,7 @@ def run_simulations(
             workers=workers,
             on_result=report,
         )
+        interval = found[0].interval
         runs += [
             _run(wind, run, channels, settings) for wind, run in zip(batch, found, strict=True)
         ]
@@ -139,6 +141,7 @@ def run_simulations(
         iec_class=dynamic.turbine.iec_class,
         settings=settings,
         step=dynamic.step,
+        interval=interval,
         channels=channels,
         runs=tuple(runs),
         seconds=time.perf_counter() - began,
