@@ -130,6 +130,15 @@ def test_blades_alike_give_the_loads_of_one_profile_and_others_do_not(make):
     np.testing.assert_allclose(loads[-1, 0], loads[-1, 1], rtol=1e-5, atol=1.0)
 
 
+def test_a_profile_at_the_rate_limit_is_no_controller_that_hunts(case, make):
+    station = 2 * np.pi / (3 * M)
+    place = np.arange(3 * M)
+    zigzag = np.abs(place % M - M / 2)  # up and down by one a station, all blades alike
+    swing = 0.999 * case.pitch_limits.pitch_rate * station / case.rotor_speed
+    loads = make().held(PITCH + swing * (zigzag - zigzag.mean()), 12)  # 70 s
+    np.testing.assert_allclose(loads[-1], loads[-2], rtol=1e-4, atol=1.0)
+
+
 def test_pitch_goes_from_the_last_station_of_one_profile_to_the_first_of_the_next(make):
     first = PITCH + 0.002 * np.arange(3 * M) / M
     second = first + 0.01

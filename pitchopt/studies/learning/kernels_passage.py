@@ -11,6 +11,9 @@ out of the samples, as the filter in front of a sampled measurement does.  Comma
 between the columns 0 ... m of the table.  What a step reaches beyond place m is kept for the next
 passage.
 
+A profile may drive all blades at their rate limit, B times a turn.  That is no controller that
+hunts, for which the time loop ends runs, and is not counted as such.
+
 The module is imported where it is used, not at the top: numba takes a while to load.  The
 function is untyped for the type checker because numba infers the types of its own.
 """
@@ -92,6 +95,7 @@ def march_passage(  # type: ignore[no-untyped-def]
                 share * commands[k, column + 1]
             )
         angle = q[AZIMUTH]
+        state.hunting[0] = 0.0
         status = advance(model, state, work, command)
         if status != RUNNING:
             return status
