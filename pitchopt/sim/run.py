@@ -55,12 +55,20 @@ class TurbineRun:
 
         self.dynamic = dynamic
         turbine, tower = dynamic.turbine, dynamic.tower
-        assert dynamic.actuator is not None and dynamic.generator_lag is not None
+        actuator = dynamic.actuator
+        assert actuator is not None and dynamic.generator_lag is not None
+        for angle in np.ravel(np.asarray(pitch, dtype=np.float64)):
+            if not actuator.lowest - 1e-9 <= angle <= actuator.highest + 1e-9:
+                raise InputError(
+                    f"pitch: got {np.rad2deg(angle):.4g} deg at the start, expected "
+                    f"{np.rad2deg(actuator.lowest):.4g} to {np.rad2deg(actuator.highest):.4g} deg, "
+                    "the range of the actuators"
+                )
         self.model = Model(
             rotor=dynamic.rotor_tables,
             wind=wind_tables(wind, dynamic.reach),
             body=dynamic.body_tables,
-            actuator=dynamic.actuator.parameters(dynamic.step),
+            actuator=actuator.parameters(dynamic.step),
             torque_keep=dynamic.generator_lag.keep(dynamic.step),
             step=dynamic.step,
             gear_ratio=turbine.drivetrain.gear_ratio,
