@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from typing import TYPE_CHECKING, Any
@@ -153,6 +154,18 @@ def _turbine_options(function: Any) -> Any:
                 show_default=True, help="Time constant of the pitch actuators.",
             ),
             click.option(
+                "--torque-lag", type=Option("s", between(0, 10, "s")), metavar="S", default="0",
+                show_default=True, help="Time constant of the generator torque.",
+            ),
+            click.option(
+                "--yaw-deg", type=Option("deg", between(-60, 60, "deg")), metavar="DEG",
+                default="0", show_default=True, help="Nacelle yaw, positive to the left.",
+            ),
+            click.option(
+                "--generator-inertia", type=Option("kg m2", between(0, 1e9, "kg m^2")),
+                metavar="J", help="About the high-speed shaft; windIO files hold none.",
+            ),
+            click.option(
                 "--step", type=Option("s", positive(0.2, "s")), metavar="S", default="0.025",
                 show_default=True, help="Step of the time loop.",
             ),
@@ -241,6 +254,9 @@ def command(**options: Any) -> int:
             "inflow": dynamic.inflow,
             "freedoms": list(dynamic.freedoms),
             "pitch_lag": options["pitch_lag"],
+            "torque_lag": options["torque_lag"],
+            "yaw_deg": options["yaw_deg"],
+            "generator_inertia": dynamic.generator_inertia,
         },
     )
     files = _files(result, document, formats, plots=not options["no_plots"]) if folder else {}
@@ -278,12 +294,16 @@ def _settings(options: dict[str, Any]) -> SimulationSettings:
 
 
 def _dynamic(options: dict[str, Any]) -> DynamicTurbine:
-    from pitchopt.control import PitchActuator
+    from pitchopt.control import GeneratorLag, PitchActuator
     from pitchopt.sim import DynamicTurbine
     from pitchopt.turbines import load_turbine
 
     turbine = load_turbine(options["turbine"])
-    given: dict[str, Any] = {}
+    given: dict[str, Any] = {
+        "generator_lag": GeneratorLag(time_constant=options["torque_lag"]),
+        "generator_inertia": options["generator_inertia"],
+        "yaw": math.radians(options["yaw_deg"]),
+    }
     if options["freedoms"] is not None:
         given["freedoms"] = () if options["freedoms"] == ("none",) else options["freedoms"]
     if options["pitch_lag"] > 0.0:

@@ -8,7 +8,7 @@ A step of length h from t_n to t_n+1:
 4. M a = Q - C v - K q is solved for a_n+1 with the linear stiffness and damping of the structure
    by the trapezium rule, v_n+1 = v + h (a_n + a_n+1) / 2, q_n+1 = q + h v + h^2 (a_n + a_n+1) / 4.
 
-A run has diverged when the rotor runs at twice its rated speed, a deflection passes half the
+A run has diverged when the rotor runs at twice its rated speed or backward, a deflection passes half the
 radius, or the collective pitch has raced back and forth at its rate limit for a third of the last
 half minute (a loop that its gains destabilise ends in such a cycle, bounded by the limits).  As
 much counts as was done in both directions: starting from feather, or feathering, takes a slow
@@ -58,6 +58,7 @@ RUNNING = 0
 DIVERGED = 1
 
 _RACING = 0.98  # of the rate limit
+_BACKWARD = 0.02  # of the largest speed: a rotor that has stopped may swing a little
 _HUNT_TIME = 30.0  # over which hunting of the collective pitch is judged [s]
 HUNTING = 0.35
 
@@ -288,7 +289,10 @@ def advance(model: Model, state: State, work: Work, command: FloatArray) -> int:
         work.top,
         work.scratch,
     )
-    good &= (abs(v[AZIMUTH]) < model.fastest) & (hunting(state.hunting) < HUNTING)
+    speed = v[AZIMUTH]
+    good &= (-_BACKWARD * model.fastest < speed < model.fastest) & (
+        hunting(state.hunting) < HUNTING
+    )
     for i in range(q.size):
         if i != AZIMUTH and i != TWIST:
             good &= abs(q[i]) < model.largest

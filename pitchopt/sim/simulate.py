@@ -250,7 +250,9 @@ def _reason(run: TurbineRun) -> str:
     speed = float(state.v[AZIMUTH]) / run.dynamic.turbine.rated_rotor_speed
     if not np.all(np.isfinite(state.v)):
         return "the motion is not finite any more"
-    if abs(speed) >= OVERSPEED:
+    if speed < 0.0:
+        return "the rotor turns backward"
+    if speed >= OVERSPEED:
         return f"the rotor runs at {speed:.3g} times its rated speed"
     if hunting(state.hunting) >= HUNTING:
         return "the collective pitch races back and forth at its rate limit"

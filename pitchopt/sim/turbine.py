@@ -52,6 +52,8 @@ class DynamicTurbine:
     actuator : PitchActuator, optional
         The turbine's range and rate without dynamics if absent.
     generator_lag : GeneratorLag, optional
+    generator_inertia : float, optional
+        About the high-speed shaft [kg m^2], in place of the turbine's own; windIO files hold none.
     yaw : float
         Nacelle yaw [rad], constant.
     step : float
@@ -79,6 +81,7 @@ class DynamicTurbine:
     skew: bool = True
     actuator: PitchActuator | None = None
     generator_lag: GeneratorLag | None = None
+    generator_inertia: float | None = None
     yaw: float = 0.0
     step: float = 0.025
     blade_damping: float | None = None
@@ -129,11 +132,15 @@ class DynamicTurbine:
                 f"freedoms: turbine {self.turbine.name!r} has no torsional stiffness of its "
                 "shaft, leave 'shaft-torsion' out"
             )
-        if drivetrain.generator_inertia is None:
+        inertia = drivetrain.generator_inertia
+        if self.generator_inertia is not None:
+            inertia = finite_number("generator_inertia", self.generator_inertia, at_least=0.0)
+        if inertia is None:
             raise InputError(
-                f"turbine {self.turbine.name!r}: generator inertia is not known, expected "
-                "drivetrain.generator_inertia in kg m^2, which windIO files do not hold"
+                f"turbine {self.turbine.name!r}: generator inertia is not known (windIO files do "
+                "not hold it); give generator_inertia in kg m^2 about the high-speed shaft"
             )
+        object.__setattr__(self, "generator_inertia", inertia)
         self.tower  # noqa: B018  (raises what is missing)
 
     @cached_property
@@ -169,8 +176,8 @@ class DynamicTurbine:
     def rotor_inertia(self) -> float:
         """Rotor and generator about the shaft [kg m^2]."""
         rotor, drivetrain = self.turbine.rotor_inertia, self.turbine.drivetrain
-        assert rotor is not None and drivetrain.generator_inertia is not None  # checked
-        return rotor + drivetrain.generator_inertia * drivetrain.gear_ratio**2
+        assert rotor is not None and self.generator_inertia is not None  # checked
+        return rotor + self.generator_inertia * drivetrain.gear_ratio**2
 
     @cached_property
     def channels(self) -> tuple[Channel, ...]:
@@ -256,7 +263,7 @@ class DynamicTurbine:
         blade, tower = self.blade, self.tower
         hub, nacelle, drivetrain = turbine.hub, turbine.nacelle, turbine.drivetrain
         assert hub is not None and nacelle is not None  # checked by tower_model
-        assert drivetrain.generator_inertia is not None
+        assert self.generator_inertia is not None
         active = np.zeros(BLADES + 2 * rotor.blades, dtype=np.int64)
         on = set(self.freedoms)
         active[0] = "tower-fore-aft" in on
@@ -292,7 +299,7 @@ class DynamicTurbine:
             nacelle_mass=nacelle.mass,
             bearing_mass=nacelle.yaw_bearing_mass,
             nacelle=_turned(centre, self.yaw),
-            generator_inertia=drivetrain.generator_inertia * drivetrain.gear_ratio**2,
+            generator_inertia=self.generator_inertia * drivetrain.gear_ratio**2,
             shaft_stiffness=drivetrain.torsion_stiffness or 0.0,
             shaft_damping=drivetrain.torsion_damping or 0.0,
             tower_mass=tower.mass,

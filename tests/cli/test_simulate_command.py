@@ -311,7 +311,7 @@ def test_turbsim_file(document, tmp_path):
         (("--controller", "absent.toml"), "absent.toml: no such file"),
         (("--controller", "typo.toml"), "typo.toml: pitch.frequncy: unknown key"),
         (("--turbine", "nrel"), "turbine: got 'nrel'"),
-        (("--turbine", "biegel2011"), "generator inertia is not known, expected drivetrain."),
+        (("--turbine", "biegel2011"), "generator inertia is not known (windIO files"),
         (("--freedoms", "flap"), "freedoms: got 'flap'"),
         (("--format", "xls"), "--format: got 'xls'"),
         (("--inflow", "none"), "--inflow"),

@@ -366,6 +366,7 @@ def test_bad_input(dynamic, sheared, turbulent, controller, nrel) -> None:
         ({"inflow": "frozen"}, "inflow: got 'frozen'"),
         ({"step": 0.0}, "step: got 0"),
         ({"yaw": 2.0}, "yaw: got 2"),
+        ({"generator_inertia": -1.0}, "generator_inertia: got -1"),
         ({"turbine": None}, "turbine: got NoneType"),
         ({"turbine": blades(nrel, 2)}, "got 2 blades, expected 3"),
         ({"turbine": blades(nrel, 4)}, "got 4 blades, expected 3"),
@@ -410,3 +411,30 @@ def test_a_run_starts_at_rest_under_its_loads(dynamic, sheared, controller) -> N
     assert early < 0.3 * result["TwrBsMyt"].mean()
     assert result["TTDspFA"][0] > 0.3
     assert late < 0.3 * result["TwrBsMyt"].mean()
+
+
+def test_a_rotor_that_turns_backward_ends_the_run(dynamic, sheared) -> None:
+    """A generator that drives: torque without wind brakes the rotor past standstill."""
+
+    class Brake:
+        def start(self, step, measured):
+            pass
+
+        def command(self, measured):
+            command = np.zeros(COMMANDS)
+            command[TORQUE], command[PITCH_COMMAND:] = 47e3, math.radians(60.0)
+            return command
+
+    result = simulate(dynamic, sheared(5.0), Brake(), 120.0, start=START)
+    assert result.status == "diverged"
+    assert "turns backward" in result.message
+
+
+def test_generator_inertia_of_ones_own(nrel) -> None:
+    turbine = dataclasses.replace(
+        nrel, drivetrain=dataclasses.replace(nrel.drivetrain, generator_inertia=None)
+    )
+    with pytest.raises(InputError, match="generator inertia is not known"):
+        DynamicTurbine(turbine=turbine)
+    own = DynamicTurbine(turbine=turbine, generator_inertia=534.116)
+    assert own.rotor_inertia == DynamicTurbine(turbine=nrel).rotor_inertia
