@@ -15,8 +15,8 @@ under cyclic pitch beta = a cos(psi - eps) the mean tilt and yaw are
 so that the two by two matrix of tilt and yaw over the cosine and the sine part of the pitch is a
 rotation by phi, the azimuth offset of individual pitch control.  The learner is told the next
 whole number of stations above phi as the delay of its measurements: it then takes loads and the
-pitch before them together.  Too long a lag does less harm than one that is too short, with which
-what a passage changes appears as the answer to the one that follows.
+pitch before them together.  With a lag that is too short, what a passage changes at its end appears
+as the answer to the one that follows; one that is too long pairs loads with the wrong pitch too.
 """
 
 from __future__ import annotations
