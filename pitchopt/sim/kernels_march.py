@@ -8,9 +8,9 @@ A step of length h from t_n to t_n+1:
 4. M a = Q - C v - K q is solved for a_n+1 with the linear stiffness and damping of the structure
    by the trapezium rule, v_n+1 = v + h (a_n + a_n+1) / 2, q_n+1 = q + h v + h^2 (a_n + a_n+1) / 4.
 
-A run has diverged when the rotor runs at twice its rated speed or backward, a deflection passes half the
-radius, or the collective pitch has raced back and forth at its rate limit for a third of the last
-half minute (a loop that its gains destabilise ends in such a cycle, bounded by the limits).  As
+A run has diverged when the rotor runs at twice its rated speed or backward, a deflection passes
+half the radius, or the collective pitch has raced back and forth at its rate limit for a third of
+the last half minute (a loop that its gains destabilise ends in such a cycle, bounded by the limits).  As
 much counts as was done in both directions: starting from feather, or feathering, takes a slow
 actuator longer than that, at its limit all the way.
 

@@ -95,7 +95,7 @@ def march_passage(  # type: ignore[no-untyped-def]
                 share * commands[k, column + 1]
             )
         angle = q[AZIMUTH]
-        state.hunting[0] = 0.0
+        state.hunting[0], state.hunting[1] = 0.0, 0.0
         status = advance(model, state, work, command)
         if status != RUNNING:
             return status
