@@ -10,9 +10,9 @@ A step of length h from t_n to t_n+1:
 
 A run has diverged when the rotor runs at twice its rated speed or backward, a deflection passes
 half the radius, or the collective pitch has raced back and forth at its rate limit for a third of
-the last half minute (a loop that its gains destabilise ends in such a cycle, bounded by the limits).  As
-much counts as was done in both directions: starting from feather, or feathering, takes a slow
-actuator longer than that, at its limit all the way.
+the last half minute (a loop that its gains destabilise ends in such a cycle, bounded by the
+limits).  As much counts as was done in both directions: starting from feather, or feathering, takes
+a slow actuator longer than that, at its limit all the way.
 
 The scheme is of second order and stable for any stiffness of tower, blades and shaft; what it
 takes explicitly are aerodynamic and gyroscopic forces.  The distance of prediction and result,
