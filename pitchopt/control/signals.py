@@ -68,5 +68,9 @@ class Controller(Protocol):
         ...  # pragma: no cover
 
     def command(self, measured: FloatArray) -> FloatArray:
-        """Commands (COMMANDS,) for what is measured (MEASURED,) now."""
+        """Commands (COMMANDS,) for what is measured (MEASURED,) now.
+
+        The generator torque [N m], high-speed side, stands first, then the pitch of each blade
+        [rad].
+        """
         ...  # pragma: no cover
