@@ -17,12 +17,12 @@ from pitchopt.sim import DynamicTurbine, natural_modes
 from pitchopt.turbines import load_turbine
 
 
-def main():
+def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folder", nargs="?", type=Path, default=Path())
+    parser.add_argument("folder", nargs="?", default="example-output", type=Path)
     parser.add_argument("--turbine", default="nrel-5mw")
     parser.add_argument("--quick", action="store_true", help="fewer rotor speeds")
-    args = parser.parse_args()
+    args = parser.parse_args(argv)
 
     dynamic = DynamicTurbine(turbine=load_turbine(args.turbine))
     rated = dynamic.turbine.rated_rotor_speed

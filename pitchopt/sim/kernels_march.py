@@ -58,7 +58,7 @@ RUNNING = 0
 DIVERGED = 1
 
 _RACING = 0.98  # of the rate limit
-_BACKWARD = 0.02  # of the largest speed: a rotor that has stopped may swing a little
+_BACKWARD = 0.125  # of the largest speed: a feathered rotor may drift backward
 _HUNT_TIME = 30.0  # over which hunting of the collective pitch is judged [s]
 HUNTING = 0.35
 

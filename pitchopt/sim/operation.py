@@ -17,9 +17,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from pitchopt.aero.static_rotor import StaticRotor
 from pitchopt.aero.steady import (
@@ -46,7 +47,7 @@ from pitchopt.errors import InputError
 from pitchopt.sim.simulate import Start
 from pitchopt.sim.turbine import DynamicTurbine
 
-__all__ = ["Operation"]
+__all__ = ["FrozenSlopes", "Operation"]
 
 _SPEED_CORNER = 0.25 / (12.1 * math.pi / 30.0) * 2.0 * math.pi  # over rated rotor speed
 _QUADRATIC_CORNER = 3.0 * _SPEED_CORNER  # the gains know no filter, so it has to be fast
@@ -54,6 +55,19 @@ _FREQUENCY = 0.6 / (12.1 * math.pi / 30.0)
 _FULL_LOAD_PITCH = math.radians(0.5)  # operating points above it are in full load
 _PITCH_STEP = math.radians(0.1)  # of a central difference
 _AZIMUTHS = 8
+
+
+class FrozenSlopes(NamedTuple):
+    """Derivatives of one blade's mean loads by pitch, (W,).
+
+    Attributes
+    ----------
+    torque, bending : ndarray (W,)
+        About the shaft, and out of plane about the rotor apex [N m/rad].
+    """
+
+    torque: FloatArray
+    bending: FloatArray
 
 
 @dataclass(frozen=True)
@@ -116,13 +130,19 @@ class Operation:
             return own
         return float(surfaces.pitch[best])
 
-    def frozen_sensitivity(self, points: OperatingPoints) -> FloatArray:
-        """dP/dbeta (W,) [W/rad] at operating points, rotor speed and wake held still."""
-        turbine = self.dynamic.turbine
+    @cached_property
+    def full_load(self) -> NDArray[np.intp]:
+        """Places of `curve` at which pitch limits the power."""
+        return np.flatnonzero(self.curve.pitch > self.fine_pitch + _FULL_LOAD_PITCH)
+
+    @cached_property
+    def frozen_slopes(self) -> FrozenSlopes:
+        """Derivatives of blade loads by pitch over `curve`, rotor speed and wake held still."""
+        turbine, curve = self.dynamic.turbine, self.curve
         azimuth = 2.0 * np.pi * np.arange(_AZIMUTHS) / _AZIMUTHS
-        out = np.empty(points.wind_speed.size)
+        torque, bending = np.empty((2, curve.wind_speed.size))
         for i, (wind, omega, pitch) in enumerate(
-            zip(points.wind_speed, points.rotor_speed, points.pitch, strict=True)
+            zip(curve.wind_speed, curve.rotor_speed, curve.pitch, strict=True)
         ):
             model = StaticRotor(
                 rotor=turbine.rotor,
@@ -134,11 +154,12 @@ class Operation:
             low, high = (
                 model.blade_loads(
                     azimuth, np.full(_AZIMUTHS, pitch + side), mean_pitch=float(pitch)
-                ).torque.mean()
+                )
                 for side in (-_PITCH_STEP, _PITCH_STEP)
             )
-            out[i] = turbine.rotor.blades * omega * (high - low) / (2.0 * _PITCH_STEP)
-        return out
+            torque[i] = (high.torque - low.torque).mean() / (2.0 * _PITCH_STEP)
+            bending[i] = (high.bending - low.bending).mean() / (2.0 * _PITCH_STEP)
+        return FrozenSlopes(torque=torque, bending=bending)
 
     def points(self, wind_speed: ArrayLike) -> OperatingPoints:
         """Operating points in uniform wind at hub speeds (W,) [m/s]."""
@@ -240,12 +261,13 @@ class Operation:
         """
         turbine = self.dynamic.turbine
         curve = self.curve
-        full = np.flatnonzero(curve.pitch > self.fine_pitch + _FULL_LOAD_PITCH)
+        full = self.full_load
+        power = turbine.rotor.blades * curve.rotor_speed * self.frozen_slopes.torque
         return PitchRegulator.tuned(
             frequency=_FREQUENCY * turbine.rated_rotor_speed if frequency is None else frequency,
             damping=damping,
             pitch=curve.pitch[full],
-            sensitivity=self.frozen_sensitivity(curve)[full],
+            sensitivity=power[full],
             rotor_speed=turbine.rated_rotor_speed,
             inertia=self.dynamic.rotor_inertia,
             gear_ratio=turbine.drivetrain.gear_ratio,
@@ -256,7 +278,7 @@ class Operation:
     def estimator(self) -> WindEstimator:
         """Estimator of the rotor-effective wind speed."""
         turbine, surfaces, curve = self.dynamic.turbine, self.surfaces, self.curve
-        middle = int(np.argmax(curve.pitch > self.fine_pitch + _FULL_LOAD_PITCH))
+        middle = int(self.full_load[0]) if self.full_load.size else 0
         return WindEstimator.tuned(
             bandwidth=0.5 * turbine.rated_rotor_speed,
             wind_speed=float(curve.wind_speed[middle]),

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from pitchopt.aero.rotor import hub_axes
+from pitchopt.control import PitchActuator
 from pitchopt.sim import DynamicTurbine, TurbineRun
 from windfield import StaticField
 
@@ -84,7 +85,8 @@ class Lumps:
 
 def setup(nrel, lumps: Lumps, freedoms, yaw: float = 0.0) -> tuple[TurbineRun, Any]:
     """A run whose structure is the lumps', in air too thin to matter."""
-    dynamic = DynamicTurbine(turbine=nrel, freedoms=freedoms, yaw=yaw)
+    actuator = PitchActuator(lowest=-1.0, highest=1.0, rate=1.0)
+    dynamic = DynamicTurbine(turbine=nrel, freedoms=freedoms, yaw=yaw, actuator=actuator)
     still = StaticField(speed=1e-3, hub_height=90.0)
     run = TurbineRun(dynamic, still, rotor_speed=1.0, pitch=np.array([0.1, 0.3, -0.2]))
     body = run.model.body._replace(**lumps.tables())

@@ -27,8 +27,6 @@ from pathlib import Path
 
 import numpy as np
 
-from pitchopt.aero.static_rotor import StaticRotor
-from pitchopt.aero.steady import UniformInflow
 from pitchopt.control import IndividualPitch, TurbineController, decoupling_offset
 from pitchopt.errors import InputError
 from pitchopt.sim import Operation
@@ -38,9 +36,6 @@ __all__ = ["CONTROLLERS", "individual_pitch", "load_controller", "named_controll
 CONTROLLERS = ("baseline", "tuned", "lqr", "ipc")
 _SHARE = 0.2  # bandwidth over rated rotor speed
 _AMPLITUDE = math.radians(5.0)
-_FULL_LOAD = math.radians(0.5)  # pitch above fine
-_STEP = math.radians(0.1)  # of a central difference
-_AZIMUTHS = 8
 
 
 def named_controller(operation: Operation, name: str) -> TurbineController:
@@ -128,28 +123,10 @@ def actuator_time(operation: Operation) -> float:
 
 def _moment_by_pitch(operation: Operation) -> float:
     """Largest k at full load [N m/rad]."""
-    turbine, curve = operation.dynamic.turbine, operation.curve
-    azimuth = 2.0 * np.pi * np.arange(_AZIMUTHS) / _AZIMUTHS
-    largest = 0.0
-    for i in np.flatnonzero(curve.pitch > operation.fine_pitch + _FULL_LOAD):
-        model = StaticRotor(
-            rotor=turbine.rotor,
-            wind=UniformInflow(float(curve.wind_speed[i])),
-            rotor_speed=float(curve.rotor_speed[i]),
-            air_density=turbine.air_density,
-            induction="frozen",
-        )
-        pitch = float(curve.pitch[i])
-        low, high = (
-            model.blade_loads(
-                azimuth, np.full(_AZIMUTHS, pitch + side), mean_pitch=pitch
-            ).bending.mean()
-            for side in (-_STEP, _STEP)
-        )
-        largest = max(largest, float(low - high) / (2.0 * _STEP))
-    if largest <= 0.0:
+    slopes = -operation.frozen_slopes.bending[operation.full_load]
+    if slopes.size == 0 or slopes.max() <= 0.0:
         raise InputError(
-            f"turbine {turbine.name!r}: no operating point at which pitch takes off bending, "
-            "which individual pitch needs"
+            f"turbine {operation.dynamic.turbine.name!r}: no operating point at which pitch takes "
+            "off bending, which individual pitch needs"
         )
-    return largest
+    return float(slopes.max())
