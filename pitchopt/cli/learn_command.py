@@ -186,8 +186,8 @@ def command(**options: Any) -> int:
     """
     began = time.perf_counter()
     from pitchopt.cli import output
+    from pitchopt.cli.learn_tables import print_learning
     from pitchopt.cli.progress import Progress
-    from pitchopt.exports import document_text
     from pitchopt.studies.learning import learn, learning_document
 
     if isinstance(options["blade_cap"], Given) and options["blade_cap"].value is not None:
@@ -205,18 +205,15 @@ def command(**options: Any) -> int:
     with Progress() as progress:
         result = learn(case, settings, checkpoint=options["checkpoint"], progress=progress)
     document = learning_document(result, case.settings())
-    files = _files(result, document, plots=not options["no_plots"]) if folder else {}
-    document["seconds"] = time.perf_counter() - began
-    written = output.save(
-        folder, {**files, "learning.json": document_text(document)} if folder else {}
+    output.deliver(
+        document,
+        "learning.json",
+        folder=folder,
+        files=lambda: _files(result, document, plots=not options["no_plots"]),
+        began=began,
+        as_json=as_json,
+        show=lambda found: print_learning(case, found),
     )
-    if as_json:
-        click.echo(document_text(document), nl=False)
-    else:
-        from pitchopt.cli.learn_tables import print_learning
-
-        print_learning(case, document)
-        output.closing(folder, written, document["seconds"])
     references = [("design", result.reference.design)]
     if result.reference_after is not None:
         references.append(("design after the change", result.reference_after.design))

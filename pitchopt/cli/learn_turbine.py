@@ -93,7 +93,6 @@ def learn_turbine(case: Case, settings: LearningSettings, options: dict[str, Any
     began = time.perf_counter()
     from pitchopt.cli import output
     from pitchopt.cli.progress import Progress
-    from pitchopt.exports import document_text
     from pitchopt.studies.learning import TurbineSettings, learn_on_turbine
 
     chosen = {
@@ -111,16 +110,15 @@ def learn_turbine(case: Case, settings: LearningSettings, options: dict[str, Any
             progress=progress,
         )
     document = result.document(case.settings())
-    files = _files(result, document, plots=not options["no_plots"]) if folder else {}
-    document["seconds"] = time.perf_counter() - began
-    written = output.save(
-        folder, {**files, "learning.json": document_text(document)} if folder else {}
+    output.deliver(
+        document,
+        "learning.json",
+        folder=folder,
+        files=lambda: _files(result, document, plots=not options["no_plots"]),
+        began=began,
+        as_json=as_json,
+        show=lambda found: _print(case, found),
     )
-    if as_json:
-        click.echo(document_text(document), nl=False)
-    else:
-        _print(case, document)
-        output.closing(folder, written, document["seconds"])
     output.warn_about([("design", result.reference.design)], case)
     return 0
 

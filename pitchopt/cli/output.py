@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,16 @@ if TYPE_CHECKING:
     from pitchopt.cases import Case
     from pitchopt.design import Design, Tradeoff
 
-__all__ = ["case_line", "model_lines", "out_folder", "save", "wind_plot"]
+__all__ = [
+    "case_line",
+    "closing",
+    "deliver",
+    "model_lines",
+    "out_folder",
+    "save",
+    "warn_about",
+    "wind_plot",
+]
 
 
 def out_folder(out: str | None, command: str, name: str, *, as_json: bool) -> Path | None:
@@ -124,6 +134,47 @@ def closing(folder: Path | None, files: Sequence[str], seconds: float) -> None:
     """The last lines of a command."""
     where = "" if folder is None else f"{len(files)} files in {folder}/, "
     click.echo(f"{where}{seconds:.1f} s")
+
+
+def deliver(
+    document: dict[str, Any],
+    name: str,
+    *,
+    folder: Path | None,
+    files: Callable[[], Mapping[str, bytes | str]],
+    began: float,
+    as_json: bool,
+    show: Callable[[dict[str, Any]], None],
+) -> None:
+    """Files, then the document or its tables and the closing line.
+
+    Parameters
+    ----------
+    document : dict
+        Gets its ``seconds``.
+    name : str
+        Of its file.
+    folder : Path or None
+        For the files; None for none.
+    files : callable
+        Makes the other files, if there is a folder.
+    began : float
+        `time.perf_counter` at the start.
+    as_json : bool
+        The document on standard output, in place of the tables.
+    show : callable
+        Prints the tables of the document.
+    """
+    from pitchopt.exports import document_text
+
+    made = files() if folder is not None else {}
+    document["seconds"] = time.perf_counter() - began
+    written = save(folder, {**made, name: document_text(document)})
+    if as_json:
+        click.echo(document_text(document), nl=False)
+    else:
+        show(document)
+        closing(folder, written, document["seconds"])
 
 
 def warn_about(designs: Sequence[tuple[str, Design]], case: Case) -> None:

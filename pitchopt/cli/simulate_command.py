@@ -218,7 +218,7 @@ def command(**options: Any) -> int:
     began = time.perf_counter()
     from pitchopt.cli import output
     from pitchopt.cli.progress import Progress
-    from pitchopt.exports import document_text
+    from pitchopt.cli.simulate_tables import print_simulation
     from pitchopt.sim import Operation
     from pitchopt.studies.simulation import (
         load_controller,
@@ -259,18 +259,15 @@ def command(**options: Any) -> int:
             "generator_inertia": dynamic.generator_inertia,
         },
     )
-    files = _files(result, document, formats, plots=not options["no_plots"]) if folder else {}
-    document["seconds"] = time.perf_counter() - began
-    written = output.save(
-        folder, {**files, "simulation.json": document_text(document)} if folder else {}
+    output.deliver(
+        document,
+        "simulation.json",
+        folder=folder,
+        files=lambda: _files(result, document, formats, plots=not options["no_plots"]),
+        began=began,
+        as_json=as_json,
+        show=print_simulation,
     )
-    if as_json:
-        click.echo(document_text(document), nl=False)
-    else:
-        from pitchopt.cli.simulate_tables import print_simulation
-
-        print_simulation(document)
-        output.closing(folder, written, document["seconds"])
     for run in result.runs:
         if run.status == "diverged":
             seed = "" if run.seed is None else f", seed {run.seed}"
