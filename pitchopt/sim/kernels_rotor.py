@@ -125,7 +125,7 @@ _ALPHA = 18 * PLANE
 _LIFT = 19 * PLANE
 _RISE = 20 * PLANE
 _OPEN = 21 * PLANE  # 1 where one step of Newton's method is to do
-_TODO = 22 * PLANE  # 1 where it did not
+_UNSOLVED = 22 * PLANE  # 1 where it did not
 _A = 23 * PLANE
 _SWIRL = 24 * PLANE
 _THETA = 25 * PLANE
@@ -528,7 +528,7 @@ def _newton(s, t, m, stop):  # type: ignore[no-untyped-def]
         s[_A + e] = a if unblocked else 1.0
         s[_SWIRL + e] = swirl if done else 0.0
         todo = 0.0 if (done | still) | (not unblocked) else t[_T_REAL + e]
-        s[_TODO + e] = todo
+        s[_UNSOLVED + e] = todo
         missing += todo
     return missing
 
@@ -765,7 +765,7 @@ def rotor_aerodynamics(
     if _newton(s, t, m, stop) > 0.0:
         for k in range(blades):
             for e in range(count):
-                if s[_TODO + k * per + e] > 0.0:
+                if s[_UNSOLVED + k * per + e] > 0.0:
                     rows[k, e] = _balance_one(
                         s, t, m, k * per + e, rows[k, e], first[e], last[e], polar, counts
                     )
