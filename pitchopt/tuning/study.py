@@ -202,17 +202,16 @@ class _Study:
     def _ask(self) -> None:
         while len(self._untold) < self._parallel and self._asked < self._count:
             known = None if self._journal is None else self._journal.candidate(self._asked)
-            if known is not None:
-                candidate = self.tuner.adopt(known)
-            else:
-                asked = self.tuner.ask(1)
-                if not asked:
-                    return
-                (candidate,) = asked
-                if self._journal is not None:
-                    self._journal.ask(candidate)
+            candidate = self._next() if known is None else self.tuner.adopt(known)
+            if candidate is None:
+                return
+            if known is None and self._journal is not None:
+                self._journal.ask(candidate)
             self._asked += 1
             self._untold.append(candidate)
+
+    def _next(self) -> Candidate | None:
+        return next(iter(self.tuner.ask(1)), None)
 
     def _known(self, candidate: Candidate) -> Evaluation | None:
         found = self._results.get(candidate.index)
