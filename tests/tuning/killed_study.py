@@ -19,7 +19,6 @@ from random_walk import SPACE, RandomWalk, bowl
 
 from pitchopt.tuning import Journal, Outcome, Tuner, run_study
 
-
 EVALUATIONS = 24
 
 
@@ -90,7 +89,7 @@ def main() -> None:
                 reached.append(len(journal.evaluations()))
         except ValueError:
             reached.append(0)  # killed before there was a file
-    print(json.dumps(reached))
+    sys.stdout.write(json.dumps(reached))
 
 
 if __name__ == "__main__":

@@ -175,6 +175,14 @@ def test_another_format_is_refused(tmp_path):
         run_study(bowl, RandomWalk(), evaluations=6, journal=path)
 
 
+def replaced(_):
+    return b"no database at all" * 20
+
+
+def stump(data):
+    return data[:50]
+
+
 def cut(data):
     return data[: len(data) // 2]
 
@@ -183,15 +191,13 @@ def scribbled(data):
     return data[:200] + b"\xa5" * (len(data) - 200)
 
 
-@pytest.mark.parametrize(
-    "damage", [lambda data: b"no database at all" * 20, cut, scribbled, lambda data: data[:50]]
-)
+@pytest.mark.parametrize("damage", [replaced, cut, scribbled, stump])
 @pytest.mark.parametrize("settings", [None, SETTINGS])
 def test_damaged_file_is_refused_and_left_alone(damage, settings, tmp_path):
     path = written(tmp_path / "j")
     path.write_bytes(damage(path.read_bytes()))
     before = path.read_bytes()
-    with pytest.raises(InputError, match="journal: .*j"), Journal(path, settings) as journal:
+    with pytest.raises(InputError, match="journal: "), Journal(path, settings) as journal:
         journal.table()
     assert path.read_bytes() == before
 

@@ -101,9 +101,9 @@ def test_timeout_is_a_failure_and_holds_up_nothing():
 @pytest.mark.parametrize("cost", [math.nan, math.inf])
 def test_cost_that_is_never_a_number_ends_the_study(cost):
     with pytest.raises(ComputationError, match=r"all of the first 10 evaluations failed"):
-        run_study(lambda x: cost, RandomWalk(), evaluations=50)
+        run_study(lambda _: cost, RandomWalk(), evaluations=50)
     with pytest.raises(ComputationError, match=r"all of the first 4 evaluations failed"):
-        run_study(lambda x: cost, RandomWalk(), evaluations=4)
+        run_study(lambda _: cost, RandomWalk(), evaluations=4)
 
 
 def test_never_feasible_is_said_at_the_end():
