@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 from pitchopt.tuning.evaluations import Best, Candidate, Evaluation, Outcome
+from pitchopt.tuning.journal import Journal
+from pitchopt.tuning.replicates import Replicated, variance_of_mean
 from pitchopt.tuning.space import Parameter, Polar, Space
+from pitchopt.tuning.study import StudyResult, run_study
 from pitchopt.tuning.tuner import StagedTuner, Tuner
 
 __all__ = [
     "Best",
     "Candidate",
     "Evaluation",
+    "Journal",
     "Outcome",
     "Parameter",
     "Polar",
+    "Replicated",
     "Space",
     "StagedTuner",
+    "StudyResult",
     "Tuner",
+    "run_study",
+    "variance_of_mean",
 ]
