@@ -8,6 +8,7 @@ from pitchopt.tuning.replicates import Replicated, variance_of_mean
 from pitchopt.tuning.space import Parameter, Polar, Space
 from pitchopt.tuning.study import StudyResult, run_study
 from pitchopt.tuning.tuner import StagedTuner, Tuner
+from pitchopt.tuning.zeroth_order import StageRecord, ZerothOrder, settling
 
 __all__ = [
     "Best",
@@ -19,9 +20,12 @@ __all__ = [
     "Polar",
     "Replicated",
     "Space",
+    "StageRecord",
     "StagedTuner",
     "StudyResult",
     "Tuner",
+    "ZerothOrder",
     "run_study",
+    "settling",
     "variance_of_mean",
 ]
