@@ -97,21 +97,22 @@ class CmaEs(StagedTuner):
             yield from self._searched(search)
 
     def _searched(self, search: int) -> Generator[list[Proposal], list[Evaluation], None]:
+        size = len(self.space)
         rng = np.random.default_rng([self.seed, search])
-        mean = rng.random(len(self.space))
+        mean = rng.random(size)
         if search == 0:
-            mean = np.full(len(self.space), 0.5)
-            if self.start is not None:
-                mean = self.space.to_unit(self.start)
-        periodic = self.space.periodic
+            mean = np.full(size, 0.5) if self.start is None else self.space.to_unit(self.start)
+        free = self.space.periodic
+        if size == 1:  # the package needs two: the second is not used
+            mean, free = np.append(mean, 0.0), np.append(free, True)
         with _quiet():
             strategy = _cma().CMAEvolutionStrategy(
                 mean,
                 self.size,
                 {
                     "bounds": [
-                        [None if turns else 0.0 for turns in periodic],
-                        [None if turns else 1.0 for turns in periodic],
+                        [None if turns else 0.0 for turns in free],
+                        [None if turns else 1.0 for turns in free],
                     ],
                     "popsize": self.population * 2**search,
                     "randn": lambda *shape: rng.standard_normal(shape),
@@ -127,7 +128,7 @@ class CmaEs(StagedTuner):
                     return
                 points = strategy.ask()
             label = f"generation {search}.{generation}"
-            told = yield [Proposal(x=self.space.from_unit(u), origin=label) for u in points]
+            told = yield [Proposal(x=self.space.from_unit(u[:size]), origin=label) for u in points]
             merits = self.merits(told)
             if not np.all(np.isfinite(merits)):
                 return

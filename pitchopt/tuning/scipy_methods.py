@@ -294,8 +294,9 @@ def _nelder_mead(
         "maxfev": _UNLIMITED,
         "adaptive": simplex.shape[1] > 2,
     }
+    cost: Any = lambda u: function(u)[0]  # noqa: E731
     minimize(
-        lambda u: function(u)[0],
+        cost,
         simplex[0],
         method="Nelder-Mead",
         bounds=Bounds(*bounds),
@@ -325,8 +326,9 @@ def _cobyla(
 
     options: Any = {"rhobeg": size, "tol": tolerance, "maxiter": _UNLIMITED, "catol": 0.0}
     constraint = NonlinearConstraint(lambda v: at(v)[1], -np.inf, 0.0)
+    cost: Any = lambda v: at(v)[0]  # noqa: E731
     minimize(
-        lambda v: at(v)[0],
+        cost,
         u,
         method="COBYLA",
         bounds=Bounds(*bounds),
