@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pitchopt.tuning.bayesian import Bayesian
 from pitchopt.tuning.evaluations import Best, Candidate, Evaluation, Outcome
+from pitchopt.tuning.gaussian_process import GaussianProcess, PosteriorMinimum
 from pitchopt.tuning.journal import Journal
 from pitchopt.tuning.replicates import Replicated, variance_of_mean
-from pitchopt.tuning.gaussian_process import GaussianProcess, PosteriorMinimum
 from pitchopt.tuning.space import Parameter, Polar, Space
 from pitchopt.tuning.study import StudyResult, run_study
 from pitchopt.tuning.tuner import StagedTuner, Tuner
@@ -17,16 +17,13 @@ __all__ = [
     "Best",
     "Candidate",
     "Evaluation",
+    "GaussianProcess",
     "Journal",
     "Outcome",
     "Parameter",
     "Polar",
-    "Replicated",
-    "GaussianProcess",
-    "Outcome",
-    "Parameter",
-    "Polar",
     "PosteriorMinimum",
+    "Replicated",
     "Space",
     "StageRecord",
     "StagedTuner",
