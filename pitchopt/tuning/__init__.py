@@ -5,6 +5,7 @@ from __future__ import annotations
 from pitchopt.tuning.evaluations import Best, Candidate, Evaluation, Outcome
 from pitchopt.tuning.space import Parameter, Polar, Space
 from pitchopt.tuning.tuner import StagedTuner, Tuner
+from pitchopt.tuning.zeroth_order import StageRecord, ZerothOrder, settling
 
 __all__ = [
     "Best",
@@ -14,6 +15,9 @@ __all__ = [
     "Parameter",
     "Polar",
     "Space",
+    "StageRecord",
     "StagedTuner",
     "Tuner",
+    "ZerothOrder",
+    "settling",
 ]

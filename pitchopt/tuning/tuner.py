@@ -215,19 +215,30 @@ class Tuner(ABC):
         )
 
     def merit(self, evaluation: Evaluation) -> float:
-        """Cost for tuners that compare costs alone.
+        """Cost for tuners that compare costs alone: see `merits`."""
+        return float(self.merits([evaluation])[0])
 
-        A point that breaks constraints or failed ranks behind the worst feasible one so far, by
-        its violation or by the whole range of costs; infinity while nothing feasible is known.
+    def merits(self, evaluations: Sequence[Evaluation]) -> FloatArray:
+        """Costs for tuners that compare costs alone, of points as they stand to all known so far.
+
+        A point that breaks constraints ranks behind the worst feasible one by its violation, a
+        failed one by the whole range of costs.  While nothing feasible is known the violation alone
+        counts, and a failed point ranks behind the worst; infinity while all failed.
         """
-        if evaluation.feasible:
-            return evaluation.cost
-        costs = [e.cost for e in self._evaluations if e.feasible]
-        if not costs:
-            return math.inf
-        worst = max(costs)
-        spread = max(worst - min(costs), 0.1 * abs(worst), 1e-12)
-        return worst + (evaluation.violation if evaluation.status == "ok" else spread)
+        known = [e.cost for e in self._evaluations if e.feasible]
+        base = max(known, default=0.0)
+        if not known:
+            known = [e.violation for e in self._evaluations if e.status == "ok"]
+        if not known:
+            return np.full(len(evaluations), math.inf)
+        worst = max(known)
+        failed = worst + max(worst - min(known), 0.1 * abs(worst), 1e-12)
+        return np.array(
+            [
+                e.cost if e.feasible else base + e.violation if e.status == "ok" else failed
+                for e in evaluations
+            ]
+        )
 
 
 Stages = Generator[list[Proposal], list[Evaluation], None]
