@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from pitchopt.tuning.evaluations import Best, Candidate, Evaluation, Outcome
+from pitchopt.tuning.journal import Journal
+from pitchopt.tuning.replicates import Replicated, variance_of_mean
 from pitchopt.tuning.space import Parameter, Polar, Space
+from pitchopt.tuning.study import StudyResult, run_study
 from pitchopt.tuning.tuner import StagedTuner, Tuner
 from pitchopt.tuning.zeroth_order import StageRecord, ZerothOrder, settling
 
@@ -11,13 +14,18 @@ __all__ = [
     "Best",
     "Candidate",
     "Evaluation",
+    "Journal",
     "Outcome",
     "Parameter",
     "Polar",
+    "Replicated",
     "Space",
     "StageRecord",
     "StagedTuner",
+    "StudyResult",
     "Tuner",
     "ZerothOrder",
+    "run_study",
     "settling",
+    "variance_of_mean",
 ]

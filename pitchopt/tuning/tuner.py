@@ -83,8 +83,10 @@ class Tuner(ABC):
             found.append(self._register(proposal))
         return found
 
-    def adopt(self, candidate: Candidate) -> Candidate:
+    def adopt(self, candidate: Candidate) -> Candidate | None:
         """Take the next candidate from a journal, as if it had just been asked for.
+
+        None where `ask` would give nothing yet.
 
         Raises
         ------
@@ -99,12 +101,13 @@ class Tuner(ABC):
         x = self.space.point(candidate.x)
         if not self._take_up(candidate):
             proposal = None if self.finished else self._propose()
+            if proposal is None:
+                return None
             width = self.space.upper - self.space.lower
-            if proposal is None or np.any(np.abs(proposal.x - x) > 1e-9 * width):
-                would = "nothing" if proposal is None else np.array2string(proposal.x)
+            if np.any(np.abs(proposal.x - x) > 1e-9 * width):
                 raise InputError(
                     f"candidate: number {candidate.index} is {np.array2string(x)} and the tuner "
-                    f"would ask for {would}: it comes from another study"
+                    f"would ask for {np.array2string(proposal.x)}: it comes from another study"
                 )
         return self._register(Proposal(x=x, origin=candidate.origin, note=dict(candidate.note)))
 
