@@ -17,9 +17,10 @@ largest of the full-load operating points, so that the loop of tilt and that of 
 of at most c_n k = omega, the rated rotor speed.  Faster than the rotor turns, the average that
 the multiblade transform takes over a turn means nothing any more.
 
-Common random numbers: every controller meets the same winds, and the variance of the cost is that
-of the mean over seeds of what individual pitch changes against the same controller without it,
-var(L_s - L_s,off) / seeds; how rough a seed's wind is cancels.
+The start is the controller without individual pitch.  Every point meets its winds, so how rough a
+seed is cancels from the variance of the cost (`pitchopt.studies.tuning.problem`).  A design by the
+handbook stands beside it: bandwidths of a fifth of the rated rotor speed, as the controller
+called ipc has, and the offsets of a rigid rotor, atan(n omega tau)/n.
 
 Source: S. Mulders, A. Pamososuryo, J.-W. van Wingerden, "Efficient tuning of Individual Pitch
 Control: a Bayesian optimization machine learning approach", J. Phys.: Conf. Ser. 1618, 2020.  The
@@ -29,31 +30,31 @@ kernel sees gain and phase as points in a plane here; the paper's sees them as t
 from __future__ import annotations
 
 import math
-import threading
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from pitchopt.checks import FloatArray, finite_array, finite_number, whole_number
+from pitchopt.checks import FloatArray, finite_array, finite_number
 from pitchopt.control import IndividualPitch, TurbineController, decoupling_offset
-from pitchopt.errors import ComputationError, InputError
+from pitchopt.errors import InputError
 from pitchopt.fatigue import bin_edges, combine_loads, weibull_weights
 from pitchopt.sim.statistics import BLADE_SLOPE
 from pitchopt.studies.simulation.controllers import moment_by_pitch, with_individual
-from pitchopt.studies.tuning.plant import PlantRun, TuningPlant, failure_of, mean_measures
-from pitchopt.tuning import Outcome, Parameter, Polar, Space
+from pitchopt.studies.tuning.plant import PlantRun, TuningPlant, mean_measures
+from pitchopt.studies.tuning.problem import TuningProblem
+from pitchopt.tuning import Parameter, Polar, Space
 from pitchopt.turbines import Turbine
 
-__all__ = ["IndividualPitchProblem", "individual_pitch_plant"]
+__all__ = ["IndividualPitchTuning", "individual_pitch_plant"]
 
+WIND_SPEED = 15.0  # [m/s]
 SEEDS = (1, 2, 3, 4, 5, 6)
 PITCH_LAG = 0.4  # of the paper's actuators [s]
 AMPLITUDE = math.radians(5.0)  # largest of each harmonic
 _ORDERS = (1, 2)
-_START = 0.2  # bandwidth over rated rotor speed, that of the controller called ipc
+_SHARE = 0.2  # bandwidth over rated rotor speed of the handbook's design
 _MEAN_WIND = 10.0  # of class I, IEC 61400-1 [m/s]
 
 
@@ -70,7 +71,7 @@ def individual_pitch_plant(turbine: str | Turbine = "nrel-5mw", **options: Any) 
     return TuningPlant(turbine, **given)
 
 
-class IndividualPitchProblem:
+class IndividualPitchTuning(TuningProblem):
     """Cost of gains and offsets of individual pitch control.
 
     Parameters
@@ -80,18 +81,20 @@ class IndividualPitchProblem:
     wind_speeds : sequence of float
         Ascending [m/s].
     seeds : sequence of int
-        Two or more, different.
+        Different.
     weibull_mean : float
         Mean wind speed of the site, for several wind speeds [m/s].
-    controller : TurbineController, optional
+    base : TurbineController, optional
         That individual pitch is added to; the turbine's baseline without.
 
     Attributes
     ----------
     space : Space
-        ``gain_1p``, ``offset_1p``, ``gain_2p``, ``offset_2p`` in SI units.
+        ``gain_1p``, ``offset_1p``, ``gain_2p``, ``offset_2p`` in SI units and radians.
     start : (4,) ndarray
-        Bandwidths of a fifth of the rated rotor speed and the offsets of a rigid rotor.
+        No individual pitch.
+    handbook : (4,) ndarray
+        The handbook's design; see the module.
 
     Raises
     ------
@@ -105,32 +108,20 @@ class IndividualPitchProblem:
         self,
         plant: TuningPlant | None = None,
         *,
-        wind_speeds: Sequence[float] = (15.0,),
+        wind_speeds: Sequence[float] = (WIND_SPEED,),
         seeds: Sequence[int] = SEEDS,
         weibull_mean: float = _MEAN_WIND,
-        controller: TurbineController | None = None,
+        base: TurbineController | None = None,
     ) -> None:
-        self.plant = individual_pitch_plant() if plant is None else plant
-        self.wind_speeds = tuple(finite_array("wind_speeds", wind_speeds).tolist())
-        if any(b <= a for a, b in pairwise(self.wind_speeds)):
-            raise InputError(f"wind_speeds: got {list(wind_speeds)}, expected ascending speeds")
-        self.seeds = tuple(whole_number("seeds", seed, at_least=0) for seed in seeds)
-        if len(set(self.seeds)) != len(self.seeds) or len(self.seeds) < 2:
-            raise InputError(
-                f"seeds: got {self.seeds}, expected two or more, different: the variance of the "
-                "cost comes from them"
-            )
-        self.weibull_mean = finite_number("weibull_mean", weibull_mean, above=0.0)
-        operation = self.plant.operation
-        self.regulator = operation.baseline() if controller is None else controller
-        rated = self.plant.turbine.rated_rotor_speed
-        self.largest_gain = rated / moment_by_pitch(operation)
-        self.space = Space(
+        plant = individual_pitch_plant() if plant is None else plant
+        operation, rated = plant.operation, plant.turbine.rated_rotor_speed
+        largest = rated / moment_by_pitch(operation)
+        space = Space(
             [
                 part
                 for n in _ORDERS
                 for part in (
-                    Parameter(name=f"gain_{n}p", low=0.0, high=self.largest_gain),
+                    Parameter(name=f"gain_{n}p", low=0.0, high=largest),
                     Parameter(
                         name=f"offset_{n}p", low=-math.pi / n, high=math.pi / n, periodic=True
                     ),
@@ -138,112 +129,58 @@ class IndividualPitchProblem:
             ],
             polar=[Polar(radius=f"gain_{n}p", angle=f"offset_{n}p") for n in _ORDERS],
         )
-        speed = operation.start(self.wind_speeds[len(self.wind_speeds) // 2]).rotor_speed
-        self.start = finite_array(
-            "start",
+        super().__init__(
+            plant, space, np.zeros(len(space)), wind_speeds=wind_speeds, seeds=seeds, base=base
+        )
+        if any(b <= a for a, b in pairwise(self.wind_speeds)):
+            raise InputError(f"wind_speeds: got {self.wind_speeds}, expected ascending speeds")
+        self.weibull_mean = finite_number("weibull_mean", weibull_mean, above=0.0)
+        omega = operation.start(self.wind_speeds[len(self.wind_speeds) // 2]).rotor_speed
+        self.handbook = finite_array(
+            "handbook",
             [
                 part
                 for n in _ORDERS
-                for part in (
-                    _START * self.largest_gain,
-                    decoupling_offset(n, speed, self.plant.pitch_lag),
-                )
+                for part in (_SHARE * largest, decoupling_offset(n, omega, plant.pitch_lag))
             ],
         )
-        self._lock = threading.Lock()
-        self._reference: FloatArray | None = None
 
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in self.__dict__.items() if name != "_lock"}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        self._lock = threading.Lock()
-
-    @property
-    def simulations(self) -> int:
-        """Runs so far, those of the reference included."""
-        return self.plant.simulations
-
-    @property
-    def reference(self) -> FloatArray:
-        """Loads of each seed (S,) without individual pitch [N m].
-
-        Raises
-        ------
-        ComputationError
-            If the turbine diverges without it.
-        """
-        with self._lock:
-            if self._reference is None:
-                runs = self._runs(self.regulator)
-                failure = failure_of(runs)
-                if failure is not None:
-                    raise ComputationError(f"controller without individual pitch: {failure}")
-                self._reference = self._loads(runs)
-            return self._reference
-
-    def document(self) -> dict[str, object]:
-        """Plain data that names the problem."""
-        return {
-            "problem": self.name,
-            "wind_speeds": list(self.wind_speeds),
-            "seeds": list(self.seeds),
-            "weibull_mean": self.weibull_mean if len(self.wind_speeds) > 1 else None,
-            "amplitude": AMPLITUDE,
-            "slope": BLADE_SLOPE,
-            "plant": self.plant.document(),
-            "space": self.space.document(),
-        }
-
-    def controller(self, x: ArrayLike) -> TurbineController:
+    def controller(self, x: FloatArray) -> TurbineController:
         """Controller with the gains and offsets of a point (4,)."""
-        point = self.space.point(x)
         individual = IndividualPitch(
-            order=np.array(_ORDERS), gain=point[0::2], offset=point[1::2], limit=AMPLITUDE
+            order=np.array(_ORDERS), gain=x[0::2], offset=x[1::2], limit=AMPLITUDE
         )
-        return with_individual(self.regulator, individual, self.plant.operation)
+        return with_individual(self.base, individual, self.plant.operation)
 
-    def __call__(self, x: ArrayLike) -> Outcome:
-        """Cost of a point (4,), its replicates over seeds, and what else the runs measured.
-
-        ``reduction`` is the share of the load that individual pitch takes off, ``pitch_rate`` the
-        mean absolute pitch rate of the blades [rad/s].
-        """
-        reference = self.reference
-        runs = self._runs(self.controller(x))
-        failure = failure_of(runs)
-        if failure is not None:
-            return Outcome(cost=math.nan, message=failure)
-        loads = self._loads(runs)
-        changes = loads - reference
-        cost = float(loads.mean())
-        return Outcome(
-            cost=cost,
-            variance=float(changes.var(ddof=1)) / changes.size,
-            replicates=tuple(loads.tolist()),
-            measures={
-                **mean_measures(runs),
-                "reduction": 1.0 - cost / float(reference.mean()),
-                "pitch_rate": float(np.mean([_pitch_rate(run) for run in runs])),
-            },
-        )
-
-    def _runs(self, controller: TurbineController) -> list[PlantRun]:
-        return self.plant.run(
-            controller, [(speed, seed) for seed in self.seeds for speed in self.wind_speeds]
-        )
-
-    def _loads(self, runs: Sequence[PlantRun]) -> FloatArray:
-        """Load of each seed (S,), summed in damage over the wind speeds."""
-        loads = np.array([run.measures["blade_load"] for run in runs])
-        loads = loads.reshape(len(self.seeds), len(self.wind_speeds))
-        if len(self.wind_speeds) == 1:
-            return np.asarray(loads[:, 0])
+    def cost_of(self, runs: Sequence[PlantRun]) -> float:
+        """Load of a seed [N m], summed in damage over the wind speeds."""
+        loads = [run.measures["blade_load"] for run in runs]
+        if len(loads) == 1:
+            return loads[0]
         weights = weibull_weights(
             bin_edges(self.wind_speeds), mean=self.weibull_mean, normalised=True
         )
-        return combine_loads(loads, weights, BLADE_SLOPE)
+        return float(combine_loads(loads, weights, BLADE_SLOPE))
+
+    def measures_of(self, runs: Sequence[PlantRun]) -> dict[str, float]:
+        """Those of the plant and ``pitch_rate``, mean and absolute over the blades [rad/s]."""
+        return {
+            **mean_measures(runs),
+            "pitch_rate": float(np.mean([_pitch_rate(run) for run in runs])),
+        }
+
+    def document(self) -> dict[str, object]:
+        """Plain data that names the problem with all that its results depend on."""
+        several = len(self.wind_speeds) > 1
+        return {
+            **super().document(),
+            "weibull_mean": self.weibull_mean if several else None,
+            "amplitude": AMPLITUDE,
+        }
+
+    def tuner_options(self, method: str) -> dict[str, Any]:
+        """Start of a zeroth-order tuner from the handbook's design."""
+        return {"start": self.handbook} if method == "zoo" else {}
 
 
 def _pitch_rate(run: PlantRun) -> float:
