@@ -13,6 +13,7 @@ second derivatives of their equation (37) and `gradient` the slopes of (38).
 
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import dataclass
 
@@ -162,6 +163,32 @@ class GaussianProcess:
         )
         constant, self.weights = self.kriging.weights(self.y)
         self.constant = float(constant)
+
+    def believing(self, u: FloatArray) -> GaussianProcess:
+        """The process as if its own mean had been sampled at unit coordinates (p, d).
+
+        The mean stays as it is everywhere and the deviation shrinks around these points, whose
+        results are pending (the kriging believer of Ginsbourger, Le Riche, Carraro, 2010).
+        """
+        if not len(u):
+            return self
+        believed, kriging = copy.copy(self), self.kriging
+        noise = np.concatenate([kriging.noise, np.full(len(u), kriging.noise.mean())])
+        believed.y = np.concatenate([self.y, self.moments(u)[0]])
+        believed.kriging = Kriging(
+            self.space,
+            kriging.covariance,
+            self.hyperparameters,
+            np.concatenate([kriging.u, u]),
+            noise,
+        )
+        constant, believed.weights = believed.kriging.weights(believed.y)
+        believed.constant = float(constant)
+        return believed
+
+    def scaled(self, y: float) -> float:
+        """An output as the process scales it."""
+        return (y - self.shift) / self.scale
 
     @property
     def mean(self) -> float:

@@ -122,7 +122,7 @@ class Kriging:
         rest = 1.0 - k @ self.ones
         variance = self.hyperparameters.variance
         found = variance - np.einsum("mn,mn->m", half, half) + rest**2 / self.total
-        return np.maximum(found, _LEAST_VARIANCE * variance)
+        return np.asarray(np.maximum(found, _LEAST_VARIANCE * variance))
 
     def variance_coefficients(self, k: FloatArray) -> FloatArray:
         """Derivatives (m, n) of the posterior variance in the covariances k (m, n)."""

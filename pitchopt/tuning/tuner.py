@@ -234,14 +234,19 @@ class Tuner(ABC):
             known = [e.violation for e in self._evaluations if e.status == "ok"]
         if not known:
             return np.full(len(evaluations), math.inf)
-        worst = max(known)
-        failed = worst + max(worst - min(known), 0.1 * abs(worst), 1e-12)
+        failed = behind(known)
         return np.array(
             [
                 e.cost if e.feasible else base + e.violation if e.status == "ok" else failed
                 for e in evaluations
             ]
         )
+
+
+def behind(values: Sequence[float]) -> float:
+    """A value behind the worst of `values`, by their whole range."""
+    worst = max(values)
+    return worst + max(worst - min(values), 0.1 * abs(worst), 1e-12)
 
 
 Stages = Generator[list[Proposal], list[Evaluation], None]

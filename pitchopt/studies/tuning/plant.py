@@ -13,16 +13,19 @@ What a run is judged by, all without its start-up:
     generator_speed   largest [rad/s]
     flapwise_moment   largest flapwise root moment of all blades [N m]
 
-A plant that travels to another process takes its numbers along; winds and tables are made there.
+A plant that travels to another process takes its numbers along; winds and tables are made there,
+when they are needed, and stay there for the next time that the same plant comes.
 """
 
 from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Iterable, Sequence
+import uuid
+from collections import OrderedDict
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Literal
 
 import numpy as np
@@ -41,6 +44,7 @@ MEASURES = ("power", "tower_load", "blade_load", "generator_speed", "flapwise_mo
 """Names of what a run is judged by."""
 
 _BLADES = (1, 2, 3)  # as many as a dynamic turbine has
+_VISITORS = 2  # plants from other processes whose winds are kept
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -99,6 +103,57 @@ def failure_of(runs: Iterable[PlantRun]) -> str | None:
 def mean_measures(runs: Sequence[PlantRun]) -> dict[str, float]:
     """Mean of each measure over runs; of the largest values too, so that seeds weigh alike."""
     return {name: float(np.mean([run.measures[name] for run in runs])) for name in MEASURES}
+
+
+class _Made:
+    """What a plant makes and keeps: winds, and the tables of its turbine."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._dynamic: DynamicTurbine | None = None
+        self._operation: Operation | None = None
+        self._locks: dict[tuple[float, int | None], threading.Lock] = {}
+        self._winds: dict[tuple[float, int | None], Wind] = {}
+
+    def turbine(self, make: Callable[[], DynamicTurbine]) -> DynamicTurbine:
+        """The turbine that moves."""
+        with self._lock:
+            if self._dynamic is None:
+                self._dynamic = make()
+            return self._dynamic
+
+    def steady(self, dynamic: DynamicTurbine) -> Operation:
+        """Steady operation with its curve, which controllers and starts of runs follow from."""
+        with self._lock:
+            if self._operation is None:
+                operation = Operation(dynamic)
+                operation.curve  # noqa: B018  (here, and not by several threads at once)
+                self._operation = operation
+            return self._operation
+
+    def wind(self, case: WindCase) -> Wind:
+        """Wind of a case, made by whoever asks first while others wait for it."""
+        key = (case.wind_speed, case.seed)
+        with self._lock:
+            lock = self._locks.setdefault(key, threading.Lock())
+        with lock:
+            if key not in self._winds:
+                self._winds[key] = case.make()
+            return self._winds[key]
+
+
+_visitors: OrderedDict[str, _Made] = OrderedDict()
+_door = threading.Lock()
+
+
+def _visitor(token: str) -> _Made:
+    """What was made for a plant when it came before."""
+    with _door:
+        found = _visitors.setdefault(token, _Made())
+        _visitors.move_to_end(token)
+        while len(_visitors) > _VISITORS:
+            _visitors.popitem(last=False)
+        return found
 
 
 class TuningPlant:
@@ -185,26 +240,33 @@ class TuningPlant:
             os.cpu_count() or 1 if workers is None else whole_number("workers", workers, at_least=1)
         )
         self.cache = cache
-        self.dynamic  # noqa: B018  (raises what is missing)
-        self._begin()
-
-    def _begin(self) -> None:
+        self._token = uuid.uuid4().hex
+        self._made = _Made()
         self._lock = threading.Lock()
-        self._locks: dict[tuple[float, int], threading.Lock] = {}
-        self._winds: dict[tuple[float, int], Wind] = {}
         self._simulations = 0
+        self.dynamic  # noqa: B018  (raises what is missing)
 
     def __getstate__(self) -> dict[str, Any]:
-        made = ("_lock", "_locks", "_winds", "_simulations", "dynamic", "operation")
+        made = ("_lock", "_made", "_simulations")
         return {name: value for name, value in self.__dict__.items() if name not in made}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
-        self._begin()
+        self._made = _visitor(self._token)
+        self._lock = threading.Lock()
+        self._simulations = 0
 
-    @cached_property
+    @property
     def dynamic(self) -> DynamicTurbine:
         """The turbine that moves."""
+        return self._made.turbine(self._moving)
+
+    @property
+    def operation(self) -> Operation:
+        """Steady operation of the turbine."""
+        return self._made.steady(self.dynamic)
+
+    def _moving(self) -> DynamicTurbine:
         low, high = self.turbine.pitch_range
         return DynamicTurbine(
             turbine=self.turbine,
@@ -217,11 +279,6 @@ class TuningPlant:
                 time_constant=self.pitch_lag or None,
             ),
         )
-
-    @cached_property
-    def operation(self) -> Operation:
-        """Steady operation of the turbine."""
-        return Operation(self.dynamic)
 
     @property
     def simulations(self) -> int:
@@ -260,7 +317,7 @@ class TuningPlant:
         wanted = [self._case(speed, seed) for speed, seed in cases]
         found = simulate_many(
             self.dynamic,
-            [lambda case=case: self._wind(case) for case in wanted],  # type: ignore[misc]
+            [partial(self._made.wind, case) for case in wanted],
             controller,
             self.settings.length,
             start=[self.operation.start(case.wind_speed) for case in wanted],
@@ -289,13 +346,3 @@ class TuningPlant:
             }
         )
         return wind_cases(self.dynamic, settings, self.cache)[0]
-
-    def _wind(self, case: WindCase) -> Wind:
-        """Wind of a case, made by whoever asks first while others wait for it."""
-        key = (case.wind_speed, case.seed or 0)
-        with self._lock:
-            lock = self._locks.setdefault(key, threading.Lock())
-        with lock:
-            if key not in self._winds:
-                self._winds[key] = case.make()
-            return self._winds[key]
