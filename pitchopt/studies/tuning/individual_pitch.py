@@ -47,7 +47,7 @@ from pitchopt.studies.tuning.problem import TuningProblem
 from pitchopt.tuning import Parameter, Polar, Space
 from pitchopt.turbines import Turbine
 
-__all__ = ["IndividualPitchTuning", "individual_pitch_plant"]
+__all__ = ["IndividualPitchGains", "individual_pitch_plant"]
 
 WIND_SPEED = 15.0  # [m/s]
 SEEDS = (1, 2, 3, 4, 5, 6)
@@ -71,7 +71,7 @@ def individual_pitch_plant(turbine: str | Turbine = "nrel-5mw", **options: Any) 
     return TuningPlant(turbine, **given)
 
 
-class IndividualPitchTuning(TuningProblem):
+class IndividualPitchGains(TuningProblem):
     """Cost of gains and offsets of individual pitch control.
 
     Parameters
