@@ -2,6 +2,28 @@
 
 from __future__ import annotations
 
+from pitchopt.studies.tuning.decoupling import (
+    Decoupling,
+    FixedFrameResponse,
+    fixed_frame_response,
+    measure_decoupling,
+    sampled_offset,
+)
+from pitchopt.studies.tuning.individual_pitch import IndividualPitchGains, individual_pitch_plant
+from pitchopt.studies.tuning.minimum_pitch import (
+    MinimumPitch,
+    initial_table,
+    minimum_pitch_base,
+    with_table,
+)
+from pitchopt.studies.tuning.minimum_pitch_table import (
+    BreakpointTuning,
+    MinimumPitchResult,
+    PeakLoads,
+    TableRuns,
+    tune_minimum_pitch,
+    tuned_by,
+)
 from pitchopt.studies.tuning.plant import (
     MEASURES,
     PlantRun,
@@ -15,13 +37,30 @@ from pitchopt.studies.tuning.torque_gain import TorqueGain
 
 __all__ = [
     "MEASURES",
+    "BreakpointTuning",
+    "Decoupling",
+    "FixedFrameResponse",
+    "IndividualPitchGains",
+    "MinimumPitch",
+    "MinimumPitchResult",
+    "PeakLoads",
     "PlantRun",
     "SpeedRegulator",
+    "TableRuns",
     "TorqueGain",
     "TuningPlant",
     "TuningProblem",
     "failure_of",
+    "fixed_frame_response",
+    "individual_pitch_plant",
+    "initial_table",
     "mean_measures",
+    "measure_decoupling",
+    "minimum_pitch_base",
     "plain",
+    "sampled_offset",
     "suggested_start",
+    "tune_minimum_pitch",
+    "tuned_by",
+    "with_table",
 ]

@@ -148,8 +148,8 @@ class MinimumPitch(TuningProblem):
         whole_number("place", place, at_least=1)
         if place > table.pitch.size - 2:
             raise InputError(
-                f"place: got {place}, expected 1 to {table.pitch.size - 2}, between the ends of the "
-                "table"
+                f"place: got {place}, expected 1 to {table.pitch.size - 2}, between the ends of "
+                "the table"
             )
         base = minimum_pitch_base(plant) if base is None else base
         if base.estimator is None:

@@ -50,6 +50,7 @@ __all__ = [
     "PeakLoads",
     "Round",
     "Run",
+    "TableRuns",
     "tune_minimum_pitch",
     "tuned_by",
 ]
@@ -203,9 +204,7 @@ class TableRuns:
     seeds : sequence of int
     """
 
-    def __init__(
-        self, plant: TuningPlant, base: TurbineController, seeds: Sequence[int]
-    ) -> None:
+    def __init__(self, plant: TuningPlant, base: TurbineController, seeds: Sequence[int]) -> None:
         self.plant, self.base, self.seeds = plant, base, tuple(seeds)
         self._known: dict[tuple[object, float], list[Peaks]] = {}
 
