@@ -39,6 +39,12 @@ WRITES = {
     "16_steady_curves": ["16_steady_curves.png"],
     "17_learning_on_the_turbine": ["17_flexible.png", "17_rigid.png", "17_turbulent.png"],
     "18_campbell": ["18_campbell.png"],
+    "22_tune_individual_pitch": [
+        "22_progress.png",
+        "22_samples.png",
+        "22_samples_rectangular.png",
+    ],
+    "23_minimum_pitch": ["23_nrel-5mw_breakpoint.png", "23_nrel-5mw_tables.png"],
 }
 
 

@@ -6,6 +6,27 @@ from pitchopt.studies.tuning.document import (
     comparison_document,
     evaluations_csv,
     tuned_document,
+from pitchopt.studies.tuning.decoupling import (
+    Decoupling,
+    FixedFrameResponse,
+    fixed_frame_response,
+    measure_decoupling,
+    sampled_offset,
+)
+from pitchopt.studies.tuning.individual_pitch import IndividualPitchGains, individual_pitch_plant
+from pitchopt.studies.tuning.minimum_pitch import (
+    MinimumPitch,
+    initial_table,
+    minimum_pitch_base,
+    with_table,
+)
+from pitchopt.studies.tuning.minimum_pitch_table import (
+    BreakpointTuning,
+    MinimumPitchResult,
+    PeakLoads,
+    TableRuns,
+    tune_minimum_pitch,
+    tuned_by,
 )
 from pitchopt.studies.tuning.plant import (
     MEASURES,
@@ -27,6 +48,16 @@ __all__ = [
     "SpeedRegulator",
     "Task",
     "TaskResult",
+    "BreakpointTuning",
+    "Decoupling",
+    "FixedFrameResponse",
+    "IndividualPitchGains",
+    "MinimumPitch",
+    "MinimumPitchResult",
+    "PeakLoads",
+    "PlantRun",
+    "SpeedRegulator",
+    "TableRuns",
     "TorqueGain",
     "Tuned",
     "TuningPlant",
@@ -35,9 +66,18 @@ __all__ = [
     "evaluations_csv",
     "failure_of",
     "make_task",
+    "fixed_frame_response",
+    "individual_pitch_plant",
+    "initial_table",
     "mean_measures",
+    "measure_decoupling",
+    "minimum_pitch_base",
     "plain",
+    "sampled_offset",
     "suggested_start",
     "tune",
     "tuned_document",
+    "tune_minimum_pitch",
+    "tuned_by",
+    "with_table",
 ]
