@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from pitchopt.studies.tuning.document import (
-    comparison_document,
-    evaluations_csv,
-    tuned_document,
 from pitchopt.studies.tuning.decoupling import (
     Decoupling,
     FixedFrameResponse,
@@ -13,8 +9,16 @@ from pitchopt.studies.tuning.decoupling import (
     measure_decoupling,
     sampled_offset,
 )
+from pitchopt.studies.tuning.document import (
+    FIRST_FRESH,
+    comparison_document,
+    evaluation_record,
+    evaluations_csv,
+    tuned_document,
+)
 from pitchopt.studies.tuning.individual_pitch import IndividualPitchGains, individual_pitch_plant
 from pitchopt.studies.tuning.minimum_pitch import (
+    KAPPA,
     MinimumPitch,
     initial_table,
     minimum_pitch_base,
@@ -24,51 +28,62 @@ from pitchopt.studies.tuning.minimum_pitch_table import (
     BreakpointTuning,
     MinimumPitchResult,
     PeakLoads,
+    Round,
+    Run,
     TableRuns,
     tune_minimum_pitch,
     tuned_by,
 )
-from pitchopt.studies.tuning.plant import (
-    MEASURES,
-    PlantRun,
-    TuningPlant,
-    failure_of,
-    mean_measures,
-)
+from pitchopt.studies.tuning.minimum_pitch_task import MinimumPitchTask, MinimumPitchTuned
+from pitchopt.studies.tuning.plant import MEASURES, PlantRun, TuningPlant, failure_of, mean_measures
 from pitchopt.studies.tuning.problem import TuningProblem, plain
-from pitchopt.studies.tuning.speed_regulator import SpeedRegulator, suggested_start
-from pitchopt.studies.tuning.task import PROBLEMS, Task, TaskResult, make_task
-from pitchopt.studies.tuning.torque_gain import TorqueGain
-from pitchopt.studies.tuning.tune import Tuned, tune
+from pitchopt.studies.tuning.speed_regulator import (
+    HARD_SPEED,
+    SOFT_SPEED,
+    SpeedRegulator,
+    suggested_start,
+)
+from pitchopt.studies.tuning.task import PROBLEMS, Task, TaskResult, fresh_gain, make_task
+from pitchopt.studies.tuning.torque_gain import TorqueGain, weibull_density
+from pitchopt.studies.tuning.tune import BUDGET, Tuned, tune
 
 __all__ = [
+    "BUDGET",
+    "FIRST_FRESH",
+    "HARD_SPEED",
+    "KAPPA",
     "MEASURES",
     "PROBLEMS",
-    "PlantRun",
-    "SpeedRegulator",
-    "Task",
-    "TaskResult",
+    "SOFT_SPEED",
     "BreakpointTuning",
     "Decoupling",
     "FixedFrameResponse",
     "IndividualPitchGains",
     "MinimumPitch",
     "MinimumPitchResult",
+    "MinimumPitchTask",
+    "MinimumPitchTuned",
     "PeakLoads",
     "PlantRun",
+    "Round",
+    "Run",
     "SpeedRegulator",
     "TableRuns",
+    "Task",
+    "TaskResult",
     "TorqueGain",
     "Tuned",
     "TuningPlant",
     "TuningProblem",
     "comparison_document",
+    "evaluation_record",
     "evaluations_csv",
     "failure_of",
-    "make_task",
     "fixed_frame_response",
+    "fresh_gain",
     "individual_pitch_plant",
     "initial_table",
+    "make_task",
     "mean_measures",
     "measure_decoupling",
     "minimum_pitch_base",
@@ -76,8 +91,9 @@ __all__ = [
     "sampled_offset",
     "suggested_start",
     "tune",
-    "tuned_document",
     "tune_minimum_pitch",
     "tuned_by",
+    "tuned_document",
+    "weibull_density",
     "with_table",
 ]
