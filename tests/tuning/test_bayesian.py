@@ -45,8 +45,14 @@ def stored(candidate):
     return Candidate(**{**back, "x": np.array(back["x"])})
 
 
-@pytest.mark.parametrize("acquisition", ACQUISITIONS)
-@pytest.mark.parametrize("covariance", ["squared-exponential", "matern"])
+@pytest.mark.parametrize(
+    ("acquisition", "covariance"),
+    [
+        *((acquisition, "squared-exponential") for acquisition in ACQUISITIONS),
+        ("log-expected-improvement", "matern"),
+        ("confidence-bound", "matern"),
+    ],
+)
 def test_every_acquisition_finds_the_minimum_of_forrester(acquisition, covariance):
     tuner = Bayesian(
         forrester().space, seed=1, initial=4, acquisition=acquisition, covariance=covariance
@@ -58,12 +64,16 @@ def test_every_acquisition_finds_the_minimum_of_forrester(acquisition, covarianc
 
 
 @pytest.mark.parametrize(
-    ("function", "count", "regret"),
-    [(branin(), 30, 0.01), (hartmann(3), 30, 1e-3), (hartmann(4), 45, 0.02)],
-    ids=["branin", "hartmann3", "hartmann4"],
+    ("function", "criterion", "count", "regret"),
+    [
+        (branin(), "map", 30, 0.01),
+        (branin(), "ml", 30, 0.01),
+        (hartmann(3), "map", 30, 1e-3),
+        (hartmann(4), "map", 45, 0.02),
+    ],
+    ids=["branin, map", "branin, ml", "hartmann3", "hartmann4"],
 )
-@pytest.mark.parametrize("criterion", ["map", "ml"])
-def test_minima_of_known_functions(function, count, regret, criterion):
+def test_minima_of_known_functions(function, criterion, count, regret):
     tuner = Bayesian(function.space, seed=2, hyperparameters=criterion)
     best = run(tuner, function, count).best()
     assert function(best.x) - function.minimum < regret
@@ -90,20 +100,18 @@ def test_design_is_the_same_however_it_is_asked_for():
 
 
 def test_best_under_noise_is_no_lucky_sample():
-    """The tuner names a better point than the least of its samples, most of the time."""
-    wins = ties = 0
-    for seed in range(8):
-        noisy = forrester().noisy(1.0, seed=seed)
-        tuner = Bayesian(forrester().space, seed=seed, acquisition="noisy-expected-improvement")
-        run(tuner, noisy, 25)
-        lucky = min(tuner.evaluations, key=lambda e: e.cost)
-        best = tuner.best()
+    """The point that the tuner names has a lower regret than its least sample, on average."""
+    function, regrets = forrester(), []
+    for seed in range(6):
+        tuner = Bayesian(function.space, seed=seed, acquisition="noisy-expected-improvement")
+        run(tuner, function.noisy(1.0, seed=seed), 25)
+        lucky, best = min(tuner.evaluations, key=lambda e: e.cost), tuner.best()
         assert best.evaluation in tuner.evaluations
         assert best.std > 0.0
-        assert abs(best.cost - forrester()(best.x)) < 5 * best.std
-        wins += forrester()(best.x) < forrester()(lucky.x)
-        ties += best.evaluation is lucky
-    assert wins + ties >= 7 and wins >= 3
+        assert abs(best.cost - function(best.x)) < 4 * best.std
+        regrets.append([function(x) - function.minimum for x in (best.x, lucky.x)])
+    named, least = np.mean(regrets, axis=0)
+    assert named < 0.5 * least
 
 
 def test_variances_of_replicates_are_taken_into_account():
@@ -141,18 +149,18 @@ def test_resumed_study_asks_for_the_same_points_bit_by_bit(acquisition, monkeypa
     settings = {"seed": 7, "initial": 4, "acquisition": acquisition}
 
     def function(x):
-        if x[0] > 0.8:
+        if abs(x[0]) > 0.5:
             return Outcome(cost=np.nan)
         return Outcome(cost=np.sin(3 * x[0]) + x[1] ** 2, constraints=(0.2 - x[1],))
 
     whole = Bayesian(SQUARE, **settings)
     log: list = []
-    for _ in range(8):
-        for candidate in whole.ask(2):
-            log.append(("asked", candidate))
-        for candidate in reversed(whole.pending[:2] if len(log) % 3 else whole.pending):
-            log.append(("told", whole.tell(candidate, function(candidate.x))))
-    for cut in (9, len(log) // 2, len(log) - 1):
+    for _ in range(6):
+        log += [("asked", candidate) for candidate in whole.ask(2)]
+        late = whole.pending[:2] if len(log) % 3 else whole.pending
+        log += [("told", whole.tell(c, function(c.x))) for c in reversed(late)]
+    assert any(e.status == "failed" for e in whole.evaluations)
+    for cut in (11, len(log) - 1):
         resumed = Bayesian(SQUARE, **settings)
         with monkeypatch.context() as patch:
             patch.setattr(process_module, "fitted", None)  # any fit would fail
@@ -245,7 +253,7 @@ def test_feasible_points_are_looked_for_where_none_is_known():
 
 
 def test_design_goes_on_while_everything_fails():
-    tuner = run(Bayesian(SQUARE, seed=0, initial=3), lambda x: np.nan, 20)
+    tuner = run(Bayesian(SQUARE, seed=0, initial=3), lambda _: np.nan, 20)
     assert {e.origin for e in tuner.evaluations} == {"design"}
     assert len({tuple(e.x) for e in tuner.evaluations}) == 20
     with pytest.raises(ComputationError, match="none of 20 evaluations is feasible"):
@@ -256,18 +264,8 @@ def test_design_goes_on_while_everything_fails():
     assert tuner.best().evaluation.cost < 1e-2
 
 
-def test_costs_of_very_different_size():
-    """A tenth of the space costs a million times as much, as an unstable controller does."""
-
-    def function(x):
-        return float(branin()(x)) + (1e7 if x[0] > 8.5 else 0.0)
-
-    tuner = run(Bayesian(branin().space, seed=0), function, 40)
-    assert function(tuner.best().x) - branin().minimum < 2.0
-
-
 def test_constant_and_repeated_costs_do_no_harm():
-    tuner = run(Bayesian(SQUARE, seed=0), lambda x: 3.0, 15)
+    tuner = run(Bayesian(SQUARE, seed=0), lambda _: 3.0, 15)
     assert tuner.best().cost == pytest.approx(3.0)
     same = Bayesian(SQUARE, seed=0, start=np.zeros((8, 2)), initial=0)
     run(same, lambda x: float(x.sum()), 12)
@@ -339,7 +337,7 @@ def test_bad_settings_are_named(change, message):
 
 
 def test_constraints_of_varying_number_are_refused():
-    tuner = run(Bayesian(SQUARE, initial=2), lambda x: Outcome(cost=1.0, constraints=(0.0,)), 1)
+    tuner = run(Bayesian(SQUARE, initial=2), lambda _: Outcome(cost=1.0, constraints=(0.0,)), 1)
     tuner.tell(tuner.ask()[0], 2.0)
     with pytest.raises(InputError, match=r"constraints: got \[0, 1\] at different points"):
         tuner.ask()
