@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from pitchopt.tuning.bayesian import Bayesian
 from pitchopt.tuning.evaluations import Best, Candidate, Evaluation, Outcome
+from pitchopt.tuning.gaussian_process import GaussianProcess, PosteriorMinimum
 from pitchopt.tuning.journal import Journal
 from pitchopt.tuning.replicates import Replicated, variance_of_mean
 from pitchopt.tuning.space import Parameter, Polar, Space
@@ -11,13 +13,16 @@ from pitchopt.tuning.tuner import StagedTuner, Tuner
 from pitchopt.tuning.zeroth_order import StageRecord, ZerothOrder, settling
 
 __all__ = [
+    "Bayesian",
     "Best",
     "Candidate",
     "Evaluation",
+    "GaussianProcess",
     "Journal",
     "Outcome",
     "Parameter",
     "Polar",
+    "PosteriorMinimum",
     "Replicated",
     "Space",
     "StageRecord",

@@ -55,6 +55,8 @@ class Outcome:
         What the cost is made of, for tables and pictures.
     replicates : tuple of float
         Costs of the seeds one by one.
+    message : str
+        Why there is no cost, where the function knows.
     """
 
     cost: float
@@ -62,6 +64,7 @@ class Outcome:
     constraints: tuple[float, ...] = ()
     measures: Mapping[str, float] = field(default_factory=dict)
     replicates: tuple[float, ...] = ()
+    message: str = ""
 
     def __post_init__(self) -> None:
         try:
@@ -153,6 +156,9 @@ def evaluation_of(candidate: Candidate, outcome: Outcome, *, seconds: float = 0.
     """Evaluation of a candidate; a cost or constraint that is no finite number is a failure."""
     numbers = np.array([outcome.cost, *outcome.constraints])
     ok = bool(np.all(np.isfinite(numbers)))
+    message = outcome.message
+    if not ok and not message:
+        message = f"the cost or a constraint is {numbers[~np.isfinite(numbers)][0]}"
     return Evaluation(
         index=candidate.index,
         x=candidate.x,
@@ -162,7 +168,7 @@ def evaluation_of(candidate: Candidate, outcome: Outcome, *, seconds: float = 0.
         constraints=outcome.constraints if ok else (),
         measures=outcome.measures,
         replicates=outcome.replicates,
-        message="" if ok else f"the cost or a constraint is {numbers[~np.isfinite(numbers)][0]}",
+        message="" if ok else message,
         seconds=seconds,
         origin=candidate.origin,
         note=candidate.note,

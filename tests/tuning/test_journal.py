@@ -17,6 +17,7 @@ from test_study import same
 
 from pitchopt.errors import InputError
 from pitchopt.tuning import Candidate, Evaluation, Journal, Outcome, run_study
+from pitchopt.tuning.methods import METHODS as TUNERS
 
 SCRIPT = Path(__file__).with_name("killed_study.py")
 SETTINGS = {"space": SPACE.document(), "problem": {"name": "bowl", "speed": 8.0}}
@@ -236,7 +237,7 @@ def test_paths_that_cannot_be(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-METHODS = ["random-walk"]
+METHODS = ("random-walk", *TUNERS)
 KILLS = 50
 
 

@@ -1,0 +1,217 @@
+"""What a tuning problem is: a space, a start, a plant, and a cost of each point.
+
+A point becomes a controller, the controller runs in the same winds as every other (wind speeds
+crossed with seeds), and each seed gives one cost.  The cost of the point is their mean; what is
+known of its variance is that of the differences to the start's, halved and over the number of
+seeds (`pitchopt.tuning.variance_of_mean`), since what seeds have in common moves no minimum.
+
+Costs may refer to the start, as the paper's barrier does to its load; so the start is evaluated
+first, when its numbers are needed, and once: a tuner that asks for it is given the same outcome.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import threading
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+import pitchopt
+from pitchopt.checks import FloatArray, finite_array, whole_number
+from pitchopt.control import TurbineController
+from pitchopt.errors import ComputationError, InputError
+from pitchopt.studies.tuning.plant import PlantRun, TuningPlant, failure_of, mean_measures
+from pitchopt.tuning import Outcome, Space, variance_of_mean
+
+__all__ = ["TuningProblem", "plain"]
+
+
+def plain(value: Any) -> Any:
+    """Numbers, names, lists and mappings of what is made of dataclasses and arrays."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    return value
+
+
+class TuningProblem(ABC):
+    """Base of the problems.
+
+    Parameters
+    ----------
+    plant : TuningPlant
+    space : Space
+    start : (d,) array_like
+        z^1: where tuners begin, and what costs and variances refer to.
+    wind_speeds : sequence of float
+        Mean speeds at the hub [m/s].
+    seeds : sequence of int
+        Common to all points.
+    base : TurbineController, optional
+        Controller that points change; the turbine's baseline without.
+
+    Raises
+    ------
+    InputError
+        If there is no wind speed or no seed, one stands twice, or the start lies outside.
+    """
+
+    name: ClassVar[str]
+    """As the commands call it."""
+
+    def __init__(
+        self,
+        plant: TuningPlant,
+        space: Space,
+        start: ArrayLike,
+        *,
+        wind_speeds: Sequence[float],
+        seeds: Sequence[int],
+        base: TurbineController | None = None,
+    ) -> None:
+        if not isinstance(plant, TuningPlant):
+            raise InputError(f"plant: got {type(plant).__name__}, expected a TuningPlant")
+        self.plant = plant
+        self.space = space
+        self.start = space.point(start)
+        self.wind_speeds = tuple(finite_array("wind_speeds", wind_speeds).tolist())
+        self.seeds = tuple(whole_number("seeds", seed, at_least=0) for seed in seeds)
+        for field, values in (("wind_speeds", self.wind_speeds), ("seeds", self.seeds)):
+            if not values or len(set(values)) < len(values):
+                raise InputError(f"{field}: got {values}, expected at least one, each once")
+        self._base = base
+        self._lock = threading.Lock()
+        self._reference: Outcome | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        self.reference  # noqa: B018  (evaluated once, here, and not by each process it goes to)
+        return {name: value for name, value in self.__dict__.items() if name != "_lock"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._lock = threading.Lock()
+
+    @cached_property
+    def base(self) -> TurbineController:
+        """Controller that points change."""
+        return self.plant.operation.baseline() if self._base is None else self._base
+
+    @property
+    def simulations(self) -> int:
+        """Runs of one evaluation."""
+        return len(self.wind_speeds) * len(self.seeds)
+
+    def simulations_in(self, points: Iterable[ArrayLike]) -> int:
+        """Runs of a study that evaluated these points, the start's included where it came apart."""
+        known = [np.asarray(x, dtype=np.float64) for x in points]
+        apart = self._reference is not None and not any(self._is_start(x) for x in known)
+        return (len(known) + apart) * self.simulations
+
+    @property
+    def reference(self) -> Outcome:
+        """Outcome of the start.
+
+        Raises
+        ------
+        ComputationError
+            If its runs diverge.
+        """
+        with self._lock:
+            if self._reference is None:
+                runs = self._runs(self.start)
+                failure = failure_of(runs)
+                if failure is not None:
+                    raise ComputationError(
+                        f"the start {np.array2string(self.start)} cannot be judged: {failure}"
+                    )
+                self._refer(runs)
+                self._reference = self._outcome(runs, None)
+            return self._reference
+
+    def __call__(self, x: ArrayLike) -> Outcome:
+        """Cost of a point; NaN with a message where a run diverges.
+
+        Raises
+        ------
+        InputError
+            If the point lies outside of the space.
+        ComputationError
+            If the start, which costs refer to, cannot be judged.
+        """
+        point = self.space.point(x)
+        reference = self.reference
+        if self._is_start(point):
+            return reference
+        runs = self._runs(point)
+        failure = failure_of(runs)
+        if failure is not None:
+            return Outcome(cost=math.nan, message=failure)
+        return self._outcome(runs, reference)
+
+    def _is_start(self, x: FloatArray) -> bool:
+        return bool(np.array_equal(x, self.start))
+
+    def runs(self, x: ArrayLike) -> list[PlantRun]:
+        """Runs of a point, for time series: seeds within wind speeds."""
+        return self._runs(self.space.point(x))
+
+    def _runs(self, x: FloatArray) -> list[PlantRun]:
+        cases = [(speed, seed) for speed in self.wind_speeds for seed in self.seeds]
+        return self.plant.run(self.controller(x), cases)
+
+    def _outcome(self, runs: Sequence[PlantRun], reference: Outcome | None) -> Outcome:
+        by_seed = [[run for run in runs if run.seed == seed] for seed in self.seeds]
+        costs = [self.cost_of(part) for part in by_seed]
+        return Outcome(
+            cost=float(np.mean(costs)),
+            variance=variance_of_mean(costs, None if reference is None else reference.replicates),
+            measures=self.measures_of(runs),
+            replicates=tuple(costs),
+        )
+
+    @abstractmethod
+    def controller(self, x: FloatArray) -> TurbineController:
+        """Controller of a point."""
+
+    @abstractmethod
+    def cost_of(self, runs: Sequence[PlantRun]) -> float:
+        """Cost of the runs of one seed, one for each wind speed."""
+
+    def measures_of(self, runs: Sequence[PlantRun]) -> dict[str, float]:
+        """What tables and pictures show of all runs of a point."""
+        return mean_measures(runs)
+
+    def _refer(self, runs: Sequence[PlantRun]) -> None:  # noqa: B027  most costs need none
+        """Take from the runs of the start what costs refer to."""
+
+    def document(self) -> dict[str, object]:
+        """Plain data that names the problem with all that its results depend on."""
+        return {
+            "problem": self.name,
+            "version": pitchopt.__version__,
+            "space": self.space.document(),
+            "start": self.start.tolist(),
+            "wind_speeds": list(self.wind_speeds),
+            "seeds": list(self.seeds),
+            "base": "baseline" if self._base is None else plain(self._base),
+            "plant": self.plant.document(),
+        }
+
+    def tuner_options(self, method: str) -> dict[str, Any]:
+        """Settings of a tuner by its name; the paper's for ``zoo``, else what the tuner takes."""
+        return {"start": self.start} if method == "zoo" else {}
