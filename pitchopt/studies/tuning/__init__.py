@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from pitchopt.studies.tuning.document import (
+    comparison_document,
+    evaluations_csv,
+    tuned_document,
 from pitchopt.studies.tuning.decoupling import (
     Decoupling,
     FixedFrameResponse,
@@ -33,10 +37,17 @@ from pitchopt.studies.tuning.plant import (
 )
 from pitchopt.studies.tuning.problem import TuningProblem, plain
 from pitchopt.studies.tuning.speed_regulator import SpeedRegulator, suggested_start
+from pitchopt.studies.tuning.task import PROBLEMS, Task, TaskResult, make_task
 from pitchopt.studies.tuning.torque_gain import TorqueGain
+from pitchopt.studies.tuning.tune import Tuned, tune
 
 __all__ = [
     "MEASURES",
+    "PROBLEMS",
+    "PlantRun",
+    "SpeedRegulator",
+    "Task",
+    "TaskResult",
     "BreakpointTuning",
     "Decoupling",
     "FixedFrameResponse",
@@ -48,9 +59,13 @@ __all__ = [
     "SpeedRegulator",
     "TableRuns",
     "TorqueGain",
+    "Tuned",
     "TuningPlant",
     "TuningProblem",
+    "comparison_document",
+    "evaluations_csv",
     "failure_of",
+    "make_task",
     "fixed_frame_response",
     "individual_pitch_plant",
     "initial_table",
@@ -60,6 +75,8 @@ __all__ = [
     "plain",
     "sampled_offset",
     "suggested_start",
+    "tune",
+    "tuned_document",
     "tune_minimum_pitch",
     "tuned_by",
     "with_table",
