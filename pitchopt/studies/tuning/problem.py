@@ -35,7 +35,8 @@ __all__ = ["TuningProblem", "plain"]
 def plain(value: Any) -> Any:
     """Numbers, names, lists and mappings of what is made of dataclasses and arrays."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+        names = [f.name for f in dataclasses.fields(value) if not f.name.startswith("_")]
+        return {name: plain(getattr(value, name)) for name in names}
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, np.ndarray):
@@ -212,6 +213,9 @@ class TuningProblem(ABC):
             "plant": self.plant.document(),
         }
 
-    def tuner_options(self, method: str) -> dict[str, Any]:
-        """Settings of a tuner by its name; the paper's for ``zoo``, else what the tuner takes."""
-        return {"start": self.start} if method == "zoo" else {}
+    def tuner_options(self, method: str) -> dict[str, object]:  # noqa: ARG002  for those that have
+        """Options of a tuner by its name, as `pitchopt.tuning.make_tuner` takes them.
+
+        The paper's for ``zoo``; none where the tuner's own serve.
+        """
+        return {}

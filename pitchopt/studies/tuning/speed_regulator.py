@@ -27,7 +27,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -145,12 +145,11 @@ class SpeedRegulator(TuningProblem):
             "hard_speed": self.hard_speed,
         }
 
-    def tuner_options(self, method: str) -> dict[str, Any]:
+    def tuner_options(self, method: str) -> dict[str, object]:
         """Table 2 of the paper for ``zoo``, with a random first angle."""
         if method != "zoo":
             return super().tuner_options(method)
         return {
-            "start": self.start,
             "samples": 3,
             "stages": 7,
             "radius": 0.05,

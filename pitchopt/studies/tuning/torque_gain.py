@@ -18,7 +18,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -112,12 +112,11 @@ class TorqueGain(TuningProblem):
         """As the base's, with the distribution of wind speeds."""
         return super().document() | {"weibull": [self.shape, self.scale]}
 
-    def tuner_options(self, method: str) -> dict[str, Any]:
+    def tuner_options(self, method: str) -> dict[str, object]:
         """Table 1 of the paper for ``zoo``."""
         if method != "zoo":
             return super().tuner_options(method)
         return {
-            "start": self.start,
             "samples": 2,
             "stages": 7,
             "radius": 0.05,
