@@ -136,7 +136,8 @@ def plot_found_minima(
         levels=np.linspace(float(shown.min()), _SHADES, 17),
         cmap="Greys",
     )
-    ax.figure.colorbar(picture, ax=ax, label="cost over that of the suggested point [-]")
+    ticks = np.arange(np.ceil(10.0 * float(shown.min())) / 10.0, _SHADES + 0.01, 0.2)
+    ax.figure.colorbar(picture, ax=ax, ticks=ticks, label="cost over the suggested point's [-]")
     looks = _looks(comparison)
     part = [search for search in comparison.searches if search.quadrant == quadrant]
     for method in comparison.methods:
@@ -176,7 +177,7 @@ def plot_costs_by_simulations(comparison: ComparisonLike, *, ax: Axes | None = N
         )  # fmt: skip
     ax.set(
         xlabel="simulations",
-        ylabel="least cost over that of the suggested point [-]",
+        ylabel="least cost over the suggested point's [-]",
         xlim=(0.0, None),
     )
     ax.legend(fontsize="small")

@@ -19,7 +19,11 @@ from pitchopt.studies.tuning.plant import (
 )
 from pitchopt.studies.tuning.problem import TuningProblem, plain
 from pitchopt.studies.tuning.sequence import SequenceResult, SequenceStep, tune_in_sequence
-from pitchopt.studies.tuning.speed_regulator import SpeedRegulator, suggested_start
+from pitchopt.studies.tuning.speed_regulator import (
+    SpeedRegulator,
+    suggested_start,
+    suggested_wind_speed,
+)
 from pitchopt.studies.tuning.torque_gain import TorqueGain
 
 __all__ = [
@@ -41,6 +45,7 @@ __all__ = [
     "newton_scaling",
     "plain",
     "suggested_start",
+    "suggested_wind_speed",
     "tune_by_guidelines",
     "tune_in_sequence",
 ]

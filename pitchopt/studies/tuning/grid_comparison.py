@@ -247,7 +247,7 @@ def compare_with_grids(
                 number = seed + place * repeats + repeat
                 tuner = ZerothOrder(problem.space, start=start, seed=number, **settings)  # type: ignore[arg-type]
                 method = f"zoo J = {samples}, {stages} stages"
-                search(tuner, method, quadrant, tuner.most_evaluations)
+                search(tuner, method, quadrant, tuner.most_evaluations + 1)
     finest = max(grids)
     low, high = problem.space.lower, problem.space.upper
     axes = (np.linspace(low[0], high[0], finest), np.linspace(low[1], high[1], finest))

@@ -11,13 +11,16 @@ coordinates, where ranges are of the order of one.  A second derivative below a 
 largest, or a negative one, counts as that, so that no step is all along one parameter.
 
 At the end kriging of all costs, the grid's and the tuner's, answers their second question, whether
-the result is near the minimum of the estimated cost.  With m the mean and s the standard deviation
-of the kriging estimate, sigma that of the noise it finds, x_t the tuner's and x_k its own minimum,
-the two agree if
+the result is near the minimum of the estimated cost.  With m the mean of the kriging estimate and
+sigma the deviation of the noise that it finds, z^1 the start, x_t the tuner's and x_k kriging's
+minimum, the two agree if the gap
 
-    m(x_t) - m(x_k) <= 2 sqrt(s(x_k)^2 + sigma^2).
+    m(x_t) - m(x_k) <= max(2 sigma, [m(z^1) - m(x_k)] / 20):
 
-How far apart they are is told in kriging's length scales; in a flat valley that may be far.
+it is within the noise, or nineteen twentieths of what was to gain are found.  Kriging's own
+uncertainty is left out: it is large where nothing was sampled, and a minimum there asks for
+samples, not for agreement.  The distance of the two is told in kriging's length scales; in a flat
+valley it may be long.
 
 Source: Zalkind, Dall'Anese, Pao, Automatic controller tuning using a zeroth-order optimization
 algorithm, Wind Energy Science 5 (2020), sections 2.6 and 4.3.
@@ -25,7 +28,6 @@ algorithm, Wind Energy Science 5 (2020), sections 2.6 and 4.3.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -48,7 +50,8 @@ from pitchopt.tuning.grid import Grid
 __all__ = ["Agreement", "GuidedTuning", "agreement", "newton_scaling", "tune_by_guidelines"]
 
 _LEAST_CURVATURE = 0.05  # of the largest
-_DEVIATIONS = 2.0  # within which minima agree
+_DEVIATIONS = 2.0  # of the noise, within which costs are the same
+_SHARE = 0.05  # of the gain that may be left
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +65,7 @@ class Agreement:
     gap : float
         m(x_t) - m(x_k), in the unit of the cost.
     tolerance : float
-        Largest gap at which they agree.
+        Gap up to which they agree.
     distance : float
         Between them, in length scales.
     process : GaussianProcess
@@ -149,8 +152,19 @@ def newton_scaling(space: Space, evaluations: Sequence[Evaluation]) -> FloatArra
     return np.asarray(inverse / inverse.max())
 
 
-def agreement(space: Space, evaluations: Sequence[Evaluation], x: FloatArray) -> Agreement:
+def agreement(
+    space: Space, evaluations: Sequence[Evaluation], x: FloatArray, start: FloatArray
+) -> Agreement:
     """Compare a tuner's result with the minimum of kriging of its evaluations.
+
+    Parameters
+    ----------
+    space : Space
+    evaluations : sequence of Evaluation
+    x : (d,) ndarray
+        Of the tuner.
+    start : (d,) ndarray
+        z^1.
 
     Raises
     ------
@@ -159,14 +173,14 @@ def agreement(space: Space, evaluations: Sequence[Evaluation], x: FloatArray) ->
     """
     process = _kriging(space, evaluations)
     minimum: PosteriorMinimum = process.minimum()
-    mean, _ = process.predict(x)
+    (mean, before), _ = process.predict(np.array([x, start]))
     features = space.features(space.to_unit(np.array([x, minimum.x])))
     lengths = np.array(process.hyperparameters.lengths)[space.groups]
     return Agreement(
         tuner=x,
         kriging=minimum.x,
         gap=float(mean) - minimum.mean,
-        tolerance=_DEVIATIONS * math.hypot(minimum.std, process.nugget_std),
+        tolerance=max(_DEVIATIONS * process.nugget_std, _SHARE * float(before - minimum.mean)),
         distance=float(np.linalg.norm((features[0] - features[1]) / lengths)),
         process=process,
     )
@@ -212,12 +226,13 @@ def tune_by_guidelines(
     tuner = ZerothOrder(
         space, start=problem.start, samples=samples, stages=stages, scaling=scaling, seed=seed
     )
-    result = run(problem, tuner, evaluations=tuner.most_evaluations)
+    most = tuner.most_evaluations + 1  # more than it takes, so that it ends by itself
+    result = run(problem, tuner, evaluations=most)
     evaluations = before + result.evaluations
     return GuidedTuning(
         problem=problem,
         tuner=tuner,
         evaluations=evaluations,
         scaling=scaling,
-        agreement=agreement(space, evaluations, tuner.best().x),
+        agreement=agreement(space, evaluations, tuner.best().x, problem.start),
     )

@@ -85,8 +85,6 @@ class TuningProblem(ABC):
         seeds: Sequence[int],
         base: TurbineController | None = None,
     ) -> None:
-        if not isinstance(plant, TuningPlant):
-            raise InputError(f"plant: got {type(plant).__name__}, expected a TuningPlant")
         self.plant = plant
         self.space = space
         self.start = space.point(start)
@@ -180,7 +178,7 @@ class TuningProblem(ABC):
         costs = [self.cost_of(part) for part in by_seed]
         return Outcome(
             cost=float(np.mean(costs)),
-            variance=variance_of_mean(costs, None if reference is None else reference.replicates),
+            variance=variance_of_mean(costs, costs if reference is None else reference.replicates),
             measures=self.measures_of(runs),
             replicates=tuple(costs),
         )
