@@ -10,8 +10,8 @@ with M a load, omega_max the largest generator speed of a run above rated, and z
 two speeds are the same multiples of rated as the paper's 1300 and 1400 rpm of the NREL 5 MW's
 1173.7; torque is constant above rated speed.
 
-The paper does not name its wind speed.  12 m/s is taken for the NREL 5 MW, 0.6 m/s above rated,
-and as far above in proportion for others: near rated the thrust is at its peak, so what the pitch
+The paper does not name its wind speed.  The first whole one above rated is taken, 12 m/s for the
+NREL 5 MW: near rated the thrust is at its peak, so what the pitch
 does shows in the tower most (the authors say that fatigue is greatest from there on), and it is
 where an optimum like theirs comes out, at a low frequency and a high damping, for about 22 % less
 cost in class B.  At 14, 16 and 18 m/s the best of a 10 by 10 grid has 17, 11 and 8 % less.
@@ -42,7 +42,6 @@ from pitchopt.tuning import Parameter, Space
 
 __all__ = ["HARD_SPEED", "SOFT_SPEED", "SpeedRegulator", "suggested_start", "suggested_wind_speed"]
 
-_WIND_SPEED = 12.0 / 11.4  # over rated
 SOFT_SPEED = 1300.0 / 1173.7
 HARD_SPEED = 1400.0 / 1173.7
 """Limits of the generator speed over rated."""
@@ -59,19 +58,20 @@ def suggested_start(plant: TuningPlant) -> tuple[float, float]:
 
 
 def suggested_wind_speed(plant: TuningPlant) -> float:
-    """Mean wind speed [m/s] a little above rated, to a tenth: 12 m/s for the NREL 5 MW.
+    """Lowest wind speed of the turbine's curve, in steps of 1 m/s, at which pitch limits power.
 
     Raises
     ------
     InputError
-        If the turbine's rated wind speed is not known.
+        If there is none.
     """
-    rated = plant.turbine.rated_wind_speed
-    if rated is None:
+    operation = plant.operation
+    if operation.full_load.size == 0:
         raise InputError(
-            f"turbine {plant.turbine.name!r}: its rated wind speed is not known; give wind_speeds"
+            f"turbine {plant.turbine.name!r}: no wind speed at which pitch limits the power; give "
+            "wind_speeds"
         )
-    return round(_WIND_SPEED * rated, 1)
+    return float(operation.curve.wind_speed[operation.full_load[0]])
 
 
 class SpeedRegulator(TuningProblem):

@@ -65,10 +65,12 @@ def test_start_is_the_handbook_s_scaled_by_rotor_speed():
     assert slow.start == pytest.approx([0.6 * ratio, 0.7], rel=1e-3)
 
 
-def test_wind_speed_is_a_little_above_rated(small):
-    assert SpeedRegulator(small).wind_speeds == (12.0,)
-    other = SpeedRegulator(TuningPlant("iea-3.4-130"))
-    assert 1.04 < other.wind_speeds[0] / other.plant.turbine.rated_wind_speed < 1.07
+@pytest.mark.parametrize(("turbine", "speed"), [("nrel-5mw", 12.0), ("iea-3.4-130", 10.0)])
+def test_wind_speed_is_the_first_above_rated(turbine, speed):
+    problem = SpeedRegulator(TuningPlant(turbine))
+    rated = problem.plant.turbine.rated_wind_speed
+    assert problem.wind_speeds == (speed,)
+    assert rated < speed <= rated + 1.0
 
 
 def test_barrier_is_quadratic_and_a_twelfth_of_the_load_at_the_hard_limit(regulator):
