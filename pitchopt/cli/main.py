@@ -25,6 +25,7 @@ _COMMANDS = {
     "schedule": "A table of pitch profiles over wind speed, with bounded change.",
     "learn": "A pitch profile learned from measured loads alone, beside the designed one.",
     "simulate": "The turbine in turbulence: statistics, damage-equivalent loads, time series.",
+    "tune": "Controllers tuned by simulation: zeroth-order, Bayesian, and others beside them.",
     "check": "Compute stored bounds again, from curves and multipliers alone.",
     "export": "A profile as CSV, as harmonics, or as AeroDyn motion files.",
     "turbines": "What the catalogue holds; templates of case files.",
@@ -39,6 +40,7 @@ Examples:
   pitchopt check proven/certificates.npz
   pitchopt learn --wind-step 22:+2
   pitchopt simulate --wind-speed 12 --turbulence B --seeds 6
+  pitchopt tune --problem speed-regulator --method zoo
   pitchopt turbines --template nrel-5mw > my-case.toml
   pitchopt export demo/profiles.npz --point knee --format harmonics
 

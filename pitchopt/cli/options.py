@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -13,9 +13,12 @@ from pitchopt.errors import InputError
 
 if TYPE_CHECKING:
     from pitchopt.cases import Case
+    from windfield import BoxCache
 
 __all__ = [
+    "box_cache",
     "build_case",
+    "cache_options",
     "case_options",
     "certify_options",
     "json_option",
@@ -200,3 +203,36 @@ def build_case(options: dict[str, Any]) -> Case:
         if case.wind.shear == "none":
             values["wind.shear"] = "power"
     return case.with_values(values)
+
+
+def cache_options(function: F) -> F:
+    """Where Kaimal boxes are kept."""
+    return _stacked(
+        function,
+        [
+            click.option(
+                "--cache",
+                metavar="DIR",
+                help="Folder in which Kaimal boxes are kept.  [default: windfield in the user's "
+                "cache folder]",
+            ),
+            click.option("--no-cache", is_flag=True, help="Keep no boxes."),
+        ],
+    )
+
+
+def box_cache(options: Mapping[str, Any]) -> BoxCache | None:
+    """Cache of the options of `cache_options`; None for none.
+
+    Raises
+    ------
+    InputError
+        If both are given.
+    """
+    from windfield import BoxCache
+
+    if options["no_cache"]:
+        if options["cache"] is not None:
+            raise InputError("--no-cache: got it together with --cache, expected one of them")
+        return None
+    return BoxCache(options["cache"])

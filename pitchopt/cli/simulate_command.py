@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pitchopt.cli.options import json_option, output_options
+from pitchopt.cli.options import box_cache, cache_options, json_option, output_options
 from pitchopt.cli.values import (
     Option,
     between,
@@ -26,7 +26,6 @@ from pitchopt.errors import InputError
 if TYPE_CHECKING:
     from pitchopt.sim import DynamicTurbine
     from pitchopt.studies.simulation import SimulationResult, SimulationSettings
-    from windfield import BoxCache
 
 __all__ = ["command"]
 
@@ -111,12 +110,6 @@ def _wind_options(function: Any) -> Any:
                 help="Their distances [m].",
             ),
             click.option(
-                "--cache", metavar="DIR",
-                help="Folder in which Kaimal boxes are kept.  [default: windfield in the user's "
-                "cache folder]",
-            ),
-            click.option("--no-cache", is_flag=True, help="Keep no boxes."),
-            click.option(
                 "--weibull-mean", type=Option("m/s", positive(50, "m/s")), metavar="M/S",
                 help="Mean wind speed of the site, for sums over several wind speeds.  [default: "
                 "that of the turbine's class]",
@@ -181,6 +174,7 @@ def _turbine_options(function: Any) -> Any:
 
 @click.command("simulate", epilog=_EPILOG)
 @_wind_options
+@cache_options
 @_turbine_options
 @click.option(
     "--channels",
@@ -234,7 +228,7 @@ def command(**options: Any) -> int:
     dynamic = _dynamic(options)
     as_json = options["as_json"]
     folder = output.out_folder(options["out"], "simulate", dynamic.turbine.name, as_json=as_json)
-    cache = _cache(options)
+    cache = box_cache(options)
     operation = Operation(dynamic)
     with Progress(compiled="the time loop") as progress:
         controller = load_controller(options["controller"], operation)
@@ -309,16 +303,6 @@ def _dynamic(options: dict[str, Any]) -> DynamicTurbine:
             lowest=low, highest=high, rate=turbine.pitch_rate, time_constant=options["pitch_lag"]
         )
     return DynamicTurbine(turbine=turbine, inflow=options["inflow"], step=options["step"], **given)
-
-
-def _cache(options: dict[str, Any]) -> BoxCache | None:
-    from windfield import BoxCache
-
-    if options["no_cache"]:
-        if options["cache"] is not None:
-            raise InputError("--no-cache: got it together with --cache, expected one of them")
-        return None
-    return BoxCache(options["cache"])
 
 
 def _files(

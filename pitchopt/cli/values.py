@@ -125,6 +125,36 @@ def numbers(name: str, text: str) -> tuple[float, ...]:
     return values
 
 
+def signed_numbers(name: str, text: str) -> tuple[float, ...]:
+    """Finite numbers of either sign, separated by commas."""
+    values = tuple(map(_number, text.split(",")))
+    if not all(map(math.isfinite, values)):
+        raise InputError(f"{name}: got {text!r}, expected finite numbers, such as 0.6,0.7")
+    return values
+
+
+def bounds(name: str, text: str) -> tuple[str, tuple[float, float]]:
+    """Name and bounds of ``k_fact=0.5:1.5``."""
+    parameter, _, ends = text.partition("=")
+    low, _, high = ends.partition(":")
+    values = _number(low), _number(high)
+    if not (parameter.strip() and all(map(math.isfinite, values))):
+        raise InputError(f"{name}: got {text!r}, expected NAME=LOW:HIGH, such as k_fact=0.5:1.5")
+    return parameter.strip(), values
+
+
+def tuner_option(name: str, text: str) -> tuple[str, object]:
+    """Name and value of ``stages=12``: a whole number, a number, several numbers, or a word."""
+    option, equals, value = (part.strip() for part in text.partition("="))
+    if not (option and equals and value):
+        raise InputError(f"{name}: got {text!r}, expected NAME=VALUE, such as stages=12")
+    numbers = [_number(part) for part in value.split(",")]
+    if not all(map(math.isfinite, numbers)):
+        return option, value
+    plain = [int(part) if part.strip().isdecimal() else _number(part) for part in value.split(",")]
+    return option, plain[0] if len(plain) == 1 else tuple(plain)
+
+
 def torque(name: str, text: str) -> float | str:
     """A mean torque [N m], or the word ``rated``."""
     if text.strip() == "rated":

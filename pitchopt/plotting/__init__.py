@@ -34,6 +34,22 @@ from pitchopt.plotting.simulation import (
     plot_steady_curve,
 )
 from pitchopt.plotting.tradeoff import plot_tradeoff
+from pitchopt.plotting.tuning_individual import (
+    GainSamples,
+    gain_samples,
+    individual_pitch_figure,
+    plot_cost_progress,
+    plot_gain_offset,
+    progress_figure,
+)
+from pitchopt.plotting.tuning_minimum_pitch import (
+    PitchSamples,
+    minimum_pitch_figure,
+    pitch_tables_figure,
+    plot_over_time,
+    plot_pitch_samples,
+    plot_pitch_tables,
+)
 from pitchopt.plotting.turbine_learning import (
     plot_turbine_learning,
     plot_turbine_profiles,
@@ -42,17 +58,28 @@ from pitchopt.plotting.turbine_learning import (
 from pitchopt.plotting.wind import plot_wind_field
 
 __all__ = [
+    "GainSamples",
+    "PitchSamples",
     "SteadyCurve",
     "contraction_figure",
+    "gain_samples",
+    "individual_pitch_figure",
     "learned_profiles_figure",
     "learning_figure",
     "loads_figure",
+    "minimum_pitch_figure",
+    "pitch_tables_figure",
     "plot_channel",
     "plot_contraction",
+    "plot_cost_progress",
+    "plot_gain_offset",
     "plot_learned_profiles",
     "plot_learning",
     "plot_loads",
+    "plot_over_time",
     "plot_over_wind_speed",
+    "plot_pitch_samples",
+    "plot_pitch_tables",
     "plot_polar_fit",
     "plot_profiles",
     "plot_regrets",
@@ -65,6 +92,7 @@ __all__ = [
     "plot_wind_field",
     "png",
     "profiles_figure",
+    "progress_figure",
     "several_figures",
     "simulation_figure",
     "steady_curves_figure",

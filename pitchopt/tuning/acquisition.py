@@ -26,12 +26,12 @@ from typing import Literal
 
 import numpy as np
 from scipy.special import erfcx, log_ndtr, logsumexp, ndtr, ndtri
-from scipy.stats import qmc
 
 from pitchopt.checks import FloatArray
 from pitchopt.tuning.covariance import Hyperparameters
 from pitchopt.tuning.gaussian_process import GaussianProcess
 from pitchopt.tuning.kriging import Kriging
+from pitchopt.tuning.quasi_random import sobol
 
 __all__ = [
     "AcquisitionName",
@@ -55,7 +55,7 @@ AcquisitionName = Literal[
 
 _LOG_ROOT_TWO_PI = 0.5 * math.log(2.0 * math.pi)
 _FAR = -200.0  # below, the series beats the difference of two equal numbers
-_DRAWS = 32
+_EXPONENT = 5  # of two: joint draws at the samples
 _WAVES = 1024
 _NUGGET_OF_DRAWS = 1e-8
 
@@ -182,8 +182,8 @@ class NoisyExpectedImprovement:
     pending : (p, d) ndarray
         Further points whose results are not known; they take part in the draws.
     rng : numpy.random.Generator
-    draws : int
-        Of the quasi-Monte Carlo sample, a power of two.
+    exponent : int
+        Of two: number of draws.
     """
 
     def __init__(
@@ -193,7 +193,7 @@ class NoisyExpectedImprovement:
         candidates: FloatArray,
         pending: FloatArray,
         rng: np.random.Generator,
-        draws: int = _DRAWS,
+        exponent: int = _EXPONENT,
     ) -> None:
         kriging = process.kriging
         points = np.concatenate([kriging.u, pending])
@@ -206,8 +206,7 @@ class NoisyExpectedImprovement:
         )
         k = kriging.cross(points)
         root = kriging.root(kriging.covariances(k, self._kriging.prior))
-        sobol = qmc.Sobol(len(points), scramble=True, seed=rng)
-        normal = ndtri(np.clip(sobol.random(draws), 1e-12, 1.0 - 1e-12))
+        normal = ndtri(np.clip(sobol(exponent, len(points), rng), 1e-12, 1.0 - 1e-12))
         mean = process.constant + k @ process.weights
         functions = mean[:, None] + root @ normal.T  # (n + p, draws)
         self._constant, self._weights = self._kriging.weights(functions)

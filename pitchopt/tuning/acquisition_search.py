@@ -12,14 +12,14 @@ from typing import Protocol
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.stats import qmc
 
 from pitchopt.checks import FloatArray
+from pitchopt.tuning.quasi_random import sobol
 from pitchopt.tuning.space import Space
 
 __all__ = ["Smooth", "maximise"]
 
-_SAMPLES = 256
+_EXPONENT = 8  # of two: points of the wide sample
 _CLOUD = 24
 _SPREADS = (1e-1, 1e-2, 1e-3)
 _STARTS = 6  # of each kind
@@ -53,7 +53,7 @@ def maximise(
     """
     d = len(space)
     free = np.asarray(space.periodic)
-    wide = qmc.Sobol(d, scramble=True, seed=rng).random_base2(_SAMPLES.bit_length() - 1)
+    wide = sobol(_EXPONENT, d, rng)
     clouds = [
         (near[:, None] + spread * rng.standard_normal((len(near), _CLOUD, d))).reshape(-1, d)
         for spread in _SPREADS

@@ -20,7 +20,6 @@ from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import qmc
 
 from pitchopt.checks import FloatArray, finite_number, whole_number
 from pitchopt.errors import InputError
@@ -37,6 +36,7 @@ from pitchopt.tuning.acquisition_search import Smooth, maximise
 from pitchopt.tuning.covariance import CovarianceName, covariance_named
 from pitchopt.tuning.evaluations import Best, Candidate, Evaluation
 from pitchopt.tuning.likelihood import Criterion
+from pitchopt.tuning.quasi_random import sobol
 from pitchopt.tuning.space import Space
 from pitchopt.tuning.surrogates import Surrogates, Weighed, surrogates_of
 from pitchopt.tuning.tuner import Proposal, Tuner
@@ -213,10 +213,8 @@ class Bayesian(Tuner):
 
     def _design(self, place: int) -> FloatArray:
         """Point of the scrambled Sobol sequence."""
-        sobol = qmc.Sobol(
-            len(self.space), scramble=True, seed=np.random.default_rng([self.seed, 0, 2])
-        )
-        return np.asarray(sobol.random_base2(max(place.bit_length(), 3))[place])
+        rng = np.random.default_rng([self.seed, 0, 2])
+        return np.asarray(sobol(max(place.bit_length(), 3), len(self.space), rng)[place])
 
     def _to_maximise(self, found: Surrogates, rng: np.random.Generator) -> Smooth:
         probabilities = found.probabilities()

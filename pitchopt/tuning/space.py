@@ -9,8 +9,9 @@ are one point, and at gain zero all offsets are.
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -158,6 +159,25 @@ class Space:
 
     def __len__(self) -> int:
         return len(self.parameters)
+
+    def bounded(self, bounds: Mapping[str, tuple[float, float]]) -> Space:
+        """The same parameters with other bounds of some of them.
+
+        Raises
+        ------
+        InputError
+            If there is no such parameter, or bounds do not fit it.
+        """
+        for name in bounds:
+            if name not in self.names:
+                raise InputError(f"bounds: got {name!r}, expected one of {', '.join(self.names)}")
+        changed = [
+            dataclasses.replace(p, **dict(zip(("low", "high"), bounds[p.name], strict=True)))
+            if p.name in bounds
+            else p
+            for p in self.parameters
+        ]
+        return Space(changed, self.polar)
 
     def point(self, x: ArrayLike) -> FloatArray:
         """Read-only copy of a point, inside the bounds: periodic parameters come back by turns.

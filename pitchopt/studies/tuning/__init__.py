@@ -2,6 +2,18 @@
 
 from __future__ import annotations
 
+from pitchopt.studies.tuning.decoupling import (
+    Decoupling,
+    FixedFrameResponse,
+    fixed_frame_response,
+    measure_decoupling,
+    sampled_offset,
+)
+from pitchopt.studies.tuning.document import (
+    comparison_document,
+    evaluations_csv,
+    tuned_document,
+)
 from pitchopt.studies.tuning.grid_comparison import GridComparison, compare_with_grids
 from pitchopt.studies.tuning.guidelines import (
     Agreement,
@@ -9,6 +21,21 @@ from pitchopt.studies.tuning.guidelines import (
     agreement,
     newton_scaling,
     tune_by_guidelines,
+)
+from pitchopt.studies.tuning.individual_pitch import IndividualPitchGains, individual_pitch_plant
+from pitchopt.studies.tuning.minimum_pitch import (
+    MinimumPitch,
+    initial_table,
+    minimum_pitch_base,
+    with_table,
+)
+from pitchopt.studies.tuning.minimum_pitch_table import (
+    BreakpointTuning,
+    MinimumPitchResult,
+    PeakLoads,
+    TableRuns,
+    tune_minimum_pitch,
+    tuned_by,
 )
 from pitchopt.studies.tuning.plant import (
     MEASURES,
@@ -24,28 +51,56 @@ from pitchopt.studies.tuning.speed_regulator import (
     suggested_start,
     suggested_wind_speed,
 )
+from pitchopt.studies.tuning.task import PROBLEMS, Task, TaskResult, make_task
 from pitchopt.studies.tuning.torque_gain import TorqueGain
+from pitchopt.studies.tuning.tune import Tuned, tune
 
 __all__ = [
     "MEASURES",
+    "PROBLEMS",
     "Agreement",
+    "BreakpointTuning",
+    "Decoupling",
+    "FixedFrameResponse",
     "GridComparison",
     "GuidedTuning",
+    "IndividualPitchGains",
+    "MinimumPitch",
+    "MinimumPitchResult",
+    "PeakLoads",
     "PlantRun",
     "SequenceResult",
     "SequenceStep",
     "SpeedRegulator",
+    "TableRuns",
+    "Task",
+    "TaskResult",
     "TorqueGain",
+    "Tuned",
     "TuningPlant",
     "TuningProblem",
     "agreement",
     "compare_with_grids",
+    "comparison_document",
+    "evaluations_csv",
     "failure_of",
+    "fixed_frame_response",
+    "individual_pitch_plant",
+    "initial_table",
+    "make_task",
     "mean_measures",
+    "measure_decoupling",
+    "minimum_pitch_base",
     "newton_scaling",
     "plain",
+    "sampled_offset",
     "suggested_start",
     "suggested_wind_speed",
+    "tune",
     "tune_by_guidelines",
     "tune_in_sequence",
+    "tune_minimum_pitch",
+    "tuned_by",
+    "tuned_document",
+    "with_table",
 ]

@@ -245,7 +245,7 @@ def compare_with_grids(
             for repeat in range(repeats):
                 settings = options | {"samples": samples, "stages": stages}
                 number = seed + place * repeats + repeat
-                tuner = ZerothOrder(problem.space, start=start, seed=number, **settings)  # type: ignore[arg-type]
+                tuner = ZerothOrder(problem.space, start=start, seed=number, **settings)
                 method = f"zoo J = {samples}, {stages} stages"
                 search(tuner, method, quadrant, tuner.most_evaluations + 1)
     finest = max(grids)

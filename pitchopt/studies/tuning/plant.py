@@ -187,6 +187,9 @@ class TuningPlant:
         Simulated before that [s].
     pitch_lag : float
         Time constant of the pitch actuators [s]; 0 for none.
+    pitch_below : float
+        How far the actuators reach below the turbine's own range [rad], for blades that pitch
+        about a collective pitch at its end.
     inflow : {"dynamic", "quasi-steady"}
         See `DynamicTurbine`.
     generator_inertia : float, optional
@@ -225,6 +228,7 @@ class TuningPlant:
         duration: float = 600.0,
         skip: float = 60.0,
         pitch_lag: float = 0.0,
+        pitch_below: float = 0.0,
         inflow: Literal["dynamic", "quasi-steady"] = "dynamic",
         generator_inertia: float | None = None,
         shear: float | None = None,
@@ -245,6 +249,7 @@ class TuningPlant:
             box_interval=box_interval,
         )
         self.pitch_lag = finite_number("pitch_lag", pitch_lag, at_least=0.0)
+        self.pitch_below = finite_number("pitch_below", pitch_below, at_least=0.0)
         self.inflow = inflow
         self.generator_inertia = generator_inertia
         self.workers = (
@@ -283,15 +288,11 @@ class TuningPlant:
             turbine=self.turbine,
             inflow=self.inflow,
             generator_inertia=self.generator_inertia,
-            actuator=(
-                PitchActuator(
-                    lowest=low,
-                    highest=high,
-                    rate=self.turbine.pitch_rate,
-                    time_constant=self.pitch_lag,
-                )
-                if self.pitch_lag > 0.0
-                else None
+            actuator=PitchActuator(
+                lowest=low - self.pitch_below,
+                highest=high,
+                rate=self.turbine.pitch_rate,
+                time_constant=self.pitch_lag or None,
             ),
         )
 
@@ -309,6 +310,7 @@ class TuningPlant:
             "duration": settings.duration,
             "skip": settings.skip,
             "pitch_lag": self.pitch_lag,
+            "pitch_below": self.pitch_below,
             "inflow": self.inflow,
             "generator_inertia": self.dynamic.generator_inertia,
             "shear": settings.exponent,

@@ -11,13 +11,14 @@ first, when its numbers are needed, and once: a tuner that asks for it is given 
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,7 +30,12 @@ from pitchopt.errors import ComputationError, InputError
 from pitchopt.studies.tuning.plant import PlantRun, TuningPlant, failure_of, mean_measures
 from pitchopt.tuning import Outcome, Space, variance_of_mean
 
+if TYPE_CHECKING:
+    from typing import Self
+
 __all__ = ["TuningProblem", "plain"]
+
+N = TypeVar("N", int, float)
 
 
 def plain(value: Any) -> Any:
@@ -88,11 +94,10 @@ class TuningProblem(ABC):
         self.plant = plant
         self.space = space
         self.start = space.point(start)
-        self.wind_speeds = tuple(finite_array("wind_speeds", wind_speeds).tolist())
-        self.seeds = tuple(whole_number("seeds", seed, at_least=0) for seed in seeds)
-        for field, values in (("wind_speeds", self.wind_speeds), ("seeds", self.seeds)):
-            if not values or len(set(values)) < len(values):
-                raise InputError(f"{field}: got {values}, expected at least one, each once")
+        self.wind_speeds = _each_once(
+            "wind_speeds", finite_array("wind_speeds", wind_speeds).tolist()
+        )
+        self.seeds = _each_once("seeds", [whole_number("seeds", s, at_least=0) for s in seeds])
         self._base = base
         self._lock = threading.Lock()
         self._reference: Outcome | None = None
@@ -109,6 +114,32 @@ class TuningProblem(ABC):
     def base(self) -> TurbineController:
         """Controller that points change."""
         return self.plant.operation.baseline() if self._base is None else self._base
+
+    def with_seeds(self, seeds: Sequence[int]) -> Self:
+        """The same problem in other winds."""
+        other = self._fresh()
+        other.seeds = _each_once("seeds", [whole_number("seeds", s, at_least=0) for s in seeds])
+        return other
+
+    def bounded(self, bounds: Mapping[str, tuple[float, float]]) -> Self:
+        """The same problem with other bounds of parameters by name, in SI units.
+
+        Raises
+        ------
+        InputError
+            If there is no such parameter, bounds have no width, or the start lies outside.
+        """
+        other = self._fresh()
+        other.space = self.space.bounded(bounds)
+        other.start = other.space.point(self.start)
+        return other
+
+    def _fresh(self) -> Self:
+        """Copy that has evaluated nothing yet."""
+        other = copy.copy(self)
+        other._lock = threading.Lock()
+        other._reference = None
+        return other
 
     @property
     def simulations(self) -> int:
@@ -211,9 +242,16 @@ class TuningProblem(ABC):
             "plant": self.plant.document(),
         }
 
-    def tuner_options(self, method: str) -> dict[str, object]:  # noqa: ARG002  for those that have
+    def tuner_options(self, method: str) -> dict[str, Any]:  # noqa: ARG002  for those that have
         """Options of a tuner by its name, as `pitchopt.tuning.make_tuner` takes them.
 
-        The paper's for ``zoo``; none where the tuner's own serve.
+        The paper's for ``zoo``; none where the tuner's own serve.  With a ``start`` where a tuner
+        had better begin elsewhere than at the start that costs refer to.
         """
         return {}
+
+
+def _each_once(field: str, values: Sequence[N]) -> tuple[N, ...]:
+    if not values or len(set(values)) < len(values):
+        raise InputError(f"{field}: got {tuple(values)}, expected at least one, each once")
+    return tuple(values)

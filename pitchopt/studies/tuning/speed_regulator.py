@@ -28,7 +28,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -162,7 +162,7 @@ class SpeedRegulator(TuningProblem):
             "hard_speed": self.hard_speed,
         }
 
-    def tuner_options(self, method: str) -> dict[str, object]:
+    def tuner_options(self, method: str) -> dict[str, Any]:
         """Table 2 of the paper for ``zoo``, with a random first angle."""
         if method != "zoo":
             return super().tuner_options(method)

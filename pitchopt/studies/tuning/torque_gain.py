@@ -18,7 +18,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -112,7 +112,7 @@ class TorqueGain(TuningProblem):
         """As the base's, with the distribution of wind speeds."""
         return super().document() | {"weibull": [self.shape, self.scale]}
 
-    def tuner_options(self, method: str) -> dict[str, object]:
+    def tuner_options(self, method: str) -> dict[str, Any]:
         """Table 1 of the paper for ``zoo``."""
         if method != "zoo":
             return super().tuner_options(method)

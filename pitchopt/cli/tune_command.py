@@ -1,0 +1,285 @@
+"""``pitchopt tune``: controllers tuned by simulation."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pitchopt.cli.options import box_cache, cache_options, json_option, output_options
+from pitchopt.cli.values import (
+    Option,
+    between,
+    bounds,
+    numbers,
+    positive,
+    seeds,
+    signed_numbers,
+    tuner_option,
+    whole,
+    words,
+)
+from pitchopt.errors import InputError
+
+if TYPE_CHECKING:
+    from pitchopt.studies.tuning import Task
+
+__all__ = ["command"]
+
+DEFAULT_TURBINE = "nrel-5mw"
+
+_EPILOG = """\b
+Problems:
+  torque-gain       factor on the torque gain below rated, for mean power
+  speed-regulator   frequency and damping of the speed loop, for a load within a speed limit
+  minimum-pitch     lowest pitch over wind speed, for peak loads against power
+  individual-pitch  gains and azimuth offsets at 1P and 2P, for blade fatigue
+
+\b
+Methods: zoo (zeroth-order), bayes, grid, random, lhs, sobol, spsa, nelder-mead, cobyla,
+cma-es (needs the package cma). Several problems or methods, separated by commas, give one
+table of all. Their settings are given as --option, such as --option stages=12.
+
+\b
+Examples:
+  pitchopt tune --problem torque-gain
+  pitchopt tune --problem speed-regulator --turbulence A --method zoo --option stages=12
+  pitchopt tune --problem individual-pitch --method bayes --wind-speed 7 --out ipc-7
+  pitchopt tune --problem minimum-pitch --kappa 0.003,0.01,0.03
+  pitchopt tune --problem torque-gain,speed-regulator --method zoo,bayes,grid --check-seeds 6
+
+\b
+Files: tuning.json, evaluations.csv, pictures, and the journal of each study, *.sqlite. A
+study that was stopped goes on from its journal when the same command is given again."""
+
+
+def _study_options(function: Any) -> Any:
+    """What is tuned, by what."""
+    for option in reversed(
+        [
+            click.option(
+                "--problem", "problems", type=Option("names", words), metavar="A,B,...",
+                required=True, help="What to tune, see below.",
+            ),
+            click.option(
+                "--method", "methods", type=Option("names", words), metavar="A,B,...",
+                default="zoo", show_default=True, help="Tuners, see below.",
+            ),
+            click.option(
+                "--evaluations", type=Option("n", whole(1, 1_000_000)), metavar="N",
+                help="At most so many.  [default: the tuner's own end, or 25 a parameter]",
+            ),
+            click.option(
+                "--start", type=Option("x", signed_numbers), metavar="X,...",
+                help="Point to begin with, in SI units.",
+            ),
+            click.option(
+                "--bounds", "bounds", type=Option("b", bounds), metavar="NAME=LOW:HIGH",
+                multiple=True, help="Of a parameter, in SI units.",
+            ),
+            click.option(
+                "--option", "tuner_options", type=Option("o", tuner_option), metavar="NAME=VALUE",
+                multiple=True, help="Setting of the tuner, such as samples=4.",
+            ),
+            click.option(
+                "--seed", type=Option("n", whole(0, 2**31)), metavar="N", default="0",
+                show_default=True, help="Of the tuner.",
+            ),
+            click.option(
+                "--parallel", type=Option("n", whole(1, 1024)), metavar="N", default="1",
+                show_default=True, help="Candidates evaluated side by side.",
+            ),
+            click.option(
+                "--timeout", type=Option("s", positive(1e6, "s")), metavar="S",
+                help="Longest time of one evaluation.  [default: none]",
+            ),
+            click.option(
+                "--check-seeds", type=Option("n", whole(1, 1000)), metavar="N",
+                help="Judge start and best again in as many winds that no tuner saw.",
+            ),
+            click.option(
+                "--journal", metavar="FILE|DIR",
+                help="Where studies are kept and taken up: a file for one, else a folder.  "
+                "[default: in the folder of --out]",
+            ),
+        ]
+    ):  # fmt: skip
+        function = option(function)
+    return function
+
+
+def _plant_options(function: Any) -> Any:
+    """Turbine and winds of the simulations."""
+    for option in reversed(
+        [
+            click.option(
+                "--turbine", metavar="KEY|FILE", default=DEFAULT_TURBINE, show_default=True,
+                help="Of the catalogue, or a windIO file (.yaml).",
+            ),
+            click.option(
+                "--wind-speed", "wind_speeds", type=Option("m/s", numbers), metavar="M/S",
+                multiple=True, help="Mean wind speeds at the hub.  [default: the problem's]",
+            ),
+            click.option(
+                "--turbulence", metavar="A+|A|B|C|TI",
+                help="Class of IEC 61400-1 or an intensity.  [default: the problem's]",
+            ),
+            click.option(
+                "--seeds", type=Option("seeds", seeds), metavar="N|A:B|A,B,...",
+                help="Of the turbulence, for all candidates alike.  [default: the problem's]",
+            ),
+            click.option(
+                "--duration", type=Option("s", positive(1e5, "s")), metavar="S", default="600",
+                show_default=True, help="Time of each simulation that counts.",
+            ),
+            click.option(
+                "--skip", type=Option("s", between(0, 1e5, "s")), metavar="S", default="60",
+                show_default=True, help="Start-up before that, left out.",
+            ),
+            click.option(
+                "--load", type=click.Choice(["tower", "blade"]),
+                help="Of the speed regulator: tower-base fatigue or largest flapwise moment.  "
+                "[default: tower]",
+            ),
+            click.option(
+                "--kappa", type=Option("x", numbers), metavar="X,...",
+                help="Weight of the load for the minimum pitch; several for a family.  "
+                "[default: 0.01]",
+            ),
+            click.option(
+                "--inflow", type=click.Choice(["dynamic", "quasi-steady"]), default="dynamic",
+                show_default=True, help="Induction with lag, or balance at every instant.",
+            ),
+            click.option(
+                "--pitch-lag", type=Option("s", between(0, 10, "s")), metavar="S",
+                help="Time constant of the pitch actuators.  [default: 0.4 for individual-pitch, "
+                "else 0]",
+            ),
+            click.option(
+                "--generator-inertia", type=Option("kg m2", between(0, 1e9, "kg m^2")),
+                metavar="J", help="About the high-speed shaft; windIO files hold none.",
+            ),
+            click.option(
+                "--workers", type=Option("n", whole(1, 1024)), metavar="N",
+                help="Threads of one evaluation.  [default: one a processor]",
+            ),
+        ]
+    ):  # fmt: skip
+        function = option(function)
+    return function
+
+
+@click.command("tune", epilog=_EPILOG)
+@_study_options
+@_plant_options
+@cache_options
+@click.option("--no-plots", is_flag=True, help="Leave out the pictures.")
+@output_options
+@json_option
+def command(**options: Any) -> int:
+    """Controllers tuned by simulation.
+
+    Tunes parameters of a controller on the turbine in turbulence: with the zeroth-order or the
+    Bayesian tuner or one to compare them with.
+    """
+    began = time.perf_counter()
+    from pitchopt.cli import output
+    from pitchopt.cli.progress import Progress
+    from pitchopt.cli.tune_tables import print_tuning
+    from pitchopt.studies.tuning import comparison_document, make_task
+
+    tasks = [
+        (task, method)
+        for name in dict.fromkeys(options["problems"])
+        for task in [make_task(name, options["turbine"], **_task_settings(options))]
+        for method in dict.fromkeys(options["methods"])
+    ]
+    as_json = options["as_json"]
+    name = options["turbine"] if len(tasks) > 1 else f"{tasks[0][0].name}-{options['turbine']}"
+    folder = output.out_folder(options["out"], "tune", Path(name).stem, as_json=as_json)
+    journals = _journals(options["journal"], folder, many=len(tasks) > 1)
+    documents, figures = [], {}
+    with Progress(compiled="the time loop") as progress:
+        for task, method in tasks:
+            done = task.tune(
+                method,
+                journal=journals(task, method),
+                progress=progress,
+                **_tuner_settings(options),
+            )
+            documents.append(done.document(check_seeds=options["check_seeds"]))
+            if folder is not None and not options["no_plots"]:
+                stem = f"{task.name}-{method}-" if len(tasks) > 1 else ""
+                figures.update({f"{stem}{key}": make for key, make in done.figures().items()})
+    document = documents[0] if len(documents) == 1 else comparison_document(documents)
+    output.deliver(
+        document,
+        "tuning.json",
+        folder=folder,
+        files=lambda: _files(documents, figures),
+        began=began,
+        as_json=as_json,
+        show=print_tuning,
+    )
+    return 0
+
+
+def _task_settings(options: Mapping[str, Any]) -> dict[str, Any]:
+    speeds = sorted(speed for group in options["wind_speeds"] for speed in group)
+    names = (
+        *("turbulence", "seeds", "duration", "skip", "load", "kappa", "inflow", "pitch_lag"),
+        *("generator_inertia", "start"),
+    )
+    return {
+        **{name: options[name] for name in names},
+        "wind_speeds": tuple(speeds) or None,
+        "bounds": dict(options["bounds"]),
+        "workers": options["workers"] or os.cpu_count() or 1,
+        "cache": box_cache(options),
+    }
+
+
+def _tuner_settings(options: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        "evaluations": options["evaluations"],
+        "seed": options["seed"],
+        "options": dict(options["tuner_options"]),
+        "parallel": options["parallel"],
+        "timeout": options["timeout"],
+    }
+
+
+def _journals(
+    given: str | None, folder: Path | None, *, many: bool
+) -> Callable[[Task, str], Path | None]:
+    """Where the study of a task and a method is kept."""
+    if given is None and folder is None:
+        return lambda task, method: None  # noqa: ARG005
+    if given is not None and not many and not Path(given).is_dir():
+        return lambda task, method: Path(given)  # noqa: ARG005
+    place = Path(given) if given is not None else folder
+    assert place is not None
+    if given is not None and not place.is_dir():
+        raise InputError(
+            f"--journal: got {given!r}, expected a folder that is there, for several studies"
+        )
+    place.mkdir(parents=True, exist_ok=True)
+    return lambda task, method: place / f"{task.name}-{method}.sqlite"
+
+
+def _files(
+    documents: list[dict[str, Any]], figures: Mapping[str, Callable[[], bytes]]
+) -> dict[str, bytes | str]:
+    from pitchopt.studies.tuning import evaluations_csv
+
+    tables = {
+        "evaluations.csv"
+        if len(documents) == 1
+        else f"{d['problem']}-{d['method']}-evaluations.csv": evaluations_csv(d)
+        for d in documents
+    }
+    return {**tables, **{name: make() for name, make in figures.items()}}

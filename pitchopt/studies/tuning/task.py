@@ -1,0 +1,181 @@
+"""Tuning problems by name, with the winds and the turbine that the commands describe."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Mapping, Sequence
+from difflib import get_close_matches
+from os import PathLike
+from typing import Any, Protocol
+
+from pitchopt.errors import InputError
+from pitchopt.studies.tuning.document import tuned_document
+from pitchopt.studies.tuning.plant import TuningPlant
+from pitchopt.studies.tuning.problem import TuningProblem
+from pitchopt.studies.tuning.speed_regulator import Load, SpeedRegulator
+from pitchopt.studies.tuning.torque_gain import TURBULENCE, TorqueGain
+from pitchopt.studies.tuning.tune import Tuned, tune
+from pitchopt.turbines import Turbine
+
+__all__ = ["PROBLEMS", "Task", "TaskResult", "fresh_gain", "make_task"]
+
+PROBLEMS = ("torque-gain", "speed-regulator", "minimum-pitch", "individual-pitch")
+"""Names of the tuning problems."""
+_FIRST_FRESH = 1001
+"""First of the seeds that judge what was tuned: beyond those that anyone tunes with."""
+
+Progress = Callable[[int, int, str], None]
+
+
+class TaskResult(Protocol):
+    """What a method made of a task."""
+
+    def document(self, *, check_seeds: int | None = None) -> dict[str, Any]:
+        """Plain data; with what start and best are worth in so many winds that no tuner saw."""
+
+    def figures(self) -> Mapping[str, Callable[[], bytes]]:
+        """Pictures by the names of their files, made when they are asked for."""
+
+
+class Task(Protocol):
+    """A tuning problem, ready for any method."""
+
+    @property
+    def name(self) -> str:
+        """One of `PROBLEMS`."""
+
+    def tune(
+        self,
+        method: str,
+        *,
+        journal: str | PathLike[str] | None = None,
+        progress: bool | Progress = False,
+        **settings: Any,
+    ) -> TaskResult:
+        """Tune it; `settings` as in `pitchopt.studies.tuning.tune`."""
+
+
+def fresh_gain(problem: TuningProblem, best: Sequence[float], seeds: int) -> dict[str, float]:
+    """Cost of start and best, and the gain, with seeds that no tuner saw."""
+    fresh = problem.with_seeds(range(_FIRST_FRESH, _FIRST_FRESH + seeds))
+    start, found = fresh.reference.cost, fresh(best).cost
+    return {
+        "fresh_start_cost": start,
+        "fresh_best_cost": found,
+        "fresh_gain": (start - found) / abs(start),
+    }
+
+
+class ProblemTask:
+    """Task of one problem with one space."""
+
+    def __init__(self, problem: TuningProblem) -> None:
+        self.problem = problem
+
+    @property
+    def name(self) -> str:
+        """Of the problem."""
+        return self.problem.name
+
+    def tune(
+        self,
+        method: str,
+        *,
+        journal: str | PathLike[str] | None = None,
+        progress: bool | Progress = False,
+        **settings: Any,
+    ) -> ProblemResult:
+        """Tune the problem; every method finds it fresh."""
+        problem = copy.copy(self.problem)
+        return ProblemResult(tune(problem, method, journal=journal, progress=progress, **settings))
+
+
+class ProblemResult:
+    """A tuned problem."""
+
+    def __init__(self, tuned: Tuned) -> None:
+        self.tuned = tuned
+
+    def document(self, *, check_seeds: int | None = None) -> dict[str, Any]:
+        """See `TaskResult`."""
+        document = tuned_document(self.tuned)
+        if check_seeds is not None:
+            best = self.tuned.best.x.tolist()
+            document |= fresh_gain(self.tuned.problem, best, check_seeds)
+        return document
+
+    def figures(self) -> Mapping[str, Callable[[], bytes]]:
+        """See `TaskResult`."""
+        from pitchopt.studies.tuning.pictures import pictures
+
+        return pictures(self.tuned)
+
+
+def make_task(
+    name: str,
+    turbine: str | Turbine = "nrel-5mw",
+    *,
+    wind_speeds: Sequence[float] | None = None,
+    seeds: Sequence[int] | None = None,
+    start: Sequence[float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    load: str | None = None,
+    kappa: Sequence[float] | None = None,
+    turbulence: str | None = None,
+    pitch_lag: float | None = None,
+    **plant: Any,
+) -> Task:
+    """Task of a name.
+
+    Parameters
+    ----------
+    name : str
+        One of `PROBLEMS`.
+    turbine : str or Turbine
+    wind_speeds, seeds, start, turbulence, pitch_lag : optional
+        Those of the problem without.
+    bounds : mapping, optional
+        Low and high bound of parameters by name.
+    load : {"tower", "blade"}, optional
+        Of the speed regulator.
+    kappa : sequence of float, optional
+        Of the minimum pitch.
+    **plant
+        Of `TuningPlant`.
+
+    Raises
+    ------
+    InputError
+        If there is no such problem, or a setting does not go with it.
+    """
+    if name not in PROBLEMS:
+        close = get_close_matches(name, PROBLEMS, n=1)
+        hint = f"; did you mean {close[0]}?" if close else ""
+        raise InputError(f"problem: got {name!r}, expected one of {', '.join(PROBLEMS)}{hint}")
+    for field, value, owner in (
+        ("load", load, "speed-regulator"),
+        ("kappa", kappa, "minimum-pitch"),
+    ):
+        if value is not None and name != owner:
+            raise InputError(f"{field}: got {value!r} for {name}, expected it for {owner} alone")
+    given: dict[str, Any] = {
+        key: value
+        for key, value in (
+            ("wind_speeds", wind_speeds),
+            ("seeds", seeds),
+            ("start", start),
+        )
+        if value is not None
+    }
+    plant |= {
+        key: value
+        for key, value in (("turbulence", turbulence), ("pitch_lag", pitch_lag))
+        if value is not None
+    }
+    problem: TuningProblem
+    if name == "torque-gain":
+        problem = TorqueGain(TuningPlant(turbine, **{"turbulence": TURBULENCE, **plant}), **given)
+    else:
+        measure: Load = "flapwise_moment" if load == "blade" else "tower_load"
+        problem = SpeedRegulator(TuningPlant(turbine, **plant), load=measure, **given)
+    return ProblemTask(problem.bounded(bounds) if bounds else problem)
