@@ -16,6 +16,20 @@ from pitchopt.studies.tuning.document import (
     evaluations_csv,
     tuned_document,
 )
+from pitchopt.studies.tuning.grid_comparison import (
+    QUADRANTS,
+    GridComparison,
+    MethodSummary,
+    Search,
+    compare_with_grids,
+)
+from pitchopt.studies.tuning.guidelines import (
+    Agreement,
+    GuidedTuning,
+    agreement,
+    newton_scaling,
+    tune_by_guidelines,
+)
 from pitchopt.studies.tuning.individual_pitch import IndividualPitchGains, individual_pitch_plant
 from pitchopt.studies.tuning.minimum_pitch import (
     KAPPA,
@@ -35,13 +49,22 @@ from pitchopt.studies.tuning.minimum_pitch_table import (
     tuned_by,
 )
 from pitchopt.studies.tuning.minimum_pitch_task import MinimumPitchTask, MinimumPitchTuned
-from pitchopt.studies.tuning.plant import MEASURES, PlantRun, TuningPlant, failure_of, mean_measures
+from pitchopt.studies.tuning.plant import (
+    MEASURES,
+    PlantRun,
+    TuningPlant,
+    failure_of,
+    mean_measures,
+    plant_or_new,
+)
 from pitchopt.studies.tuning.problem import TuningProblem, plain
+from pitchopt.studies.tuning.sequence import SequenceResult, SequenceStep, tune_in_sequence
 from pitchopt.studies.tuning.speed_regulator import (
     HARD_SPEED,
     SOFT_SPEED,
     SpeedRegulator,
     suggested_start,
+    suggested_wind_speed,
 )
 from pitchopt.studies.tuning.task import PROBLEMS, Task, TaskResult, fresh_gain, make_task
 from pitchopt.studies.tuning.torque_gain import TorqueGain, weibull_density
@@ -54,11 +77,16 @@ __all__ = [
     "KAPPA",
     "MEASURES",
     "PROBLEMS",
+    "QUADRANTS",
     "SOFT_SPEED",
+    "Agreement",
     "BreakpointTuning",
     "Decoupling",
     "FixedFrameResponse",
+    "GridComparison",
+    "GuidedTuning",
     "IndividualPitchGains",
+    "MethodSummary",
     "MinimumPitch",
     "MinimumPitchResult",
     "MinimumPitchTask",
@@ -67,6 +95,9 @@ __all__ = [
     "PlantRun",
     "Round",
     "Run",
+    "Search",
+    "SequenceResult",
+    "SequenceStep",
     "SpeedRegulator",
     "TableRuns",
     "Task",
@@ -75,6 +106,8 @@ __all__ = [
     "Tuned",
     "TuningPlant",
     "TuningProblem",
+    "agreement",
+    "compare_with_grids",
     "comparison_document",
     "evaluation_record",
     "evaluations_csv",
@@ -87,10 +120,15 @@ __all__ = [
     "mean_measures",
     "measure_decoupling",
     "minimum_pitch_base",
+    "newton_scaling",
     "plain",
+    "plant_or_new",
     "sampled_offset",
     "suggested_start",
+    "suggested_wind_speed",
     "tune",
+    "tune_by_guidelines",
+    "tune_in_sequence",
     "tune_minimum_pitch",
     "tuned_by",
     "tuned_document",
