@@ -34,6 +34,7 @@ from pitchopt.plotting.simulation import (
     plot_steady_curve,
 )
 from pitchopt.plotting.tradeoff import plot_tradeoff
+from pitchopt.plotting.tuning import plot_acquisition, plot_design_space, plot_posterior
 from pitchopt.plotting.turbine_learning import (
     plot_turbine_learning,
     plot_turbine_profiles,
@@ -47,13 +48,16 @@ __all__ = [
     "learned_profiles_figure",
     "learning_figure",
     "loads_figure",
+    "plot_acquisition",
     "plot_channel",
     "plot_contraction",
+    "plot_design_space",
     "plot_learned_profiles",
     "plot_learning",
     "plot_loads",
     "plot_over_wind_speed",
     "plot_polar_fit",
+    "plot_posterior",
     "plot_profiles",
     "plot_regrets",
     "plot_several_profiles",

@@ -39,6 +39,7 @@ WRITES = {
     "16_steady_curves": ["16_steady_curves.png"],
     "17_learning_on_the_turbine": ["17_flexible.png", "17_rigid.png", "17_turbulent.png"],
     "18_campbell": ["18_campbell.png"],
+    "19_bayesian_steps": ["19_design_space.png", "19_steps.png"],
 }
 
 
