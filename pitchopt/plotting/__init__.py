@@ -50,6 +50,7 @@ from pitchopt.plotting.tuning_minimum_pitch import (
     plot_pitch_samples,
     plot_pitch_tables,
 )
+from pitchopt.plotting.tuning import plot_acquisition, plot_design_space, plot_posterior
 from pitchopt.plotting.turbine_learning import (
     plot_turbine_learning,
     plot_turbine_profiles,
@@ -73,6 +74,10 @@ __all__ = [
     "plot_contraction",
     "plot_cost_progress",
     "plot_gain_offset",
+    "plot_acquisition",
+    "plot_channel",
+    "plot_contraction",
+    "plot_design_space",
     "plot_learned_profiles",
     "plot_learning",
     "plot_loads",
@@ -81,6 +86,7 @@ __all__ = [
     "plot_pitch_samples",
     "plot_pitch_tables",
     "plot_polar_fit",
+    "plot_posterior",
     "plot_profiles",
     "plot_regrets",
     "plot_several_profiles",

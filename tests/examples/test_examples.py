@@ -47,6 +47,7 @@ WRITES = {
         "22_samples_rectangular.png",
     ],
     "23_minimum_pitch": ["23_nrel-5mw_breakpoint.png", "23_nrel-5mw_tables.png"],
+    "19_bayesian_steps": ["19_design_space.png", "19_steps.png"],
 }
 
 

@@ -80,6 +80,8 @@ class TuningProblem(ABC):
 
     name: ClassVar[str]
     """As the commands call it."""
+    shown: tuple[str, ...] = ()
+    """Measures that pictures draw beside the cost."""
 
     def __init__(
         self,

@@ -123,6 +123,7 @@ class SpeedRegulator(TuningProblem):
             base=base,
         )
         self.load: Load = load
+        self.shown = (load, "generator_speed")
         turbine = plant.turbine
         rated = turbine.rated_rotor_speed * turbine.drivetrain.gear_ratio
         self.soft_speed, self.hard_speed = SOFT_SPEED * rated, HARD_SPEED * rated

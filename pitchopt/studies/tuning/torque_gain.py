@@ -63,6 +63,7 @@ class TorqueGain(TuningProblem):
     """
 
     name: ClassVar[str] = "torque-gain"
+    shown = ("tower_load",)
 
     def __init__(
         self,
