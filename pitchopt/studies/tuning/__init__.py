@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from pitchopt.studies.tuning.document import (
-    comparison_document,
-    evaluations_csv,
-    tuned_document,
 from pitchopt.studies.tuning.decoupling import (
     Decoupling,
     FixedFrameResponse,
     fixed_frame_response,
     measure_decoupling,
     sampled_offset,
+)
+from pitchopt.studies.tuning.document import (
+    comparison_document,
+    evaluations_csv,
+    tuned_document,
 )
 from pitchopt.studies.tuning.individual_pitch import IndividualPitchGains, individual_pitch_plant
 from pitchopt.studies.tuning.minimum_pitch import (
@@ -44,10 +45,6 @@ from pitchopt.studies.tuning.tune import Tuned, tune
 __all__ = [
     "MEASURES",
     "PROBLEMS",
-    "PlantRun",
-    "SpeedRegulator",
-    "Task",
-    "TaskResult",
     "BreakpointTuning",
     "Decoupling",
     "FixedFrameResponse",
@@ -58,6 +55,8 @@ __all__ = [
     "PlantRun",
     "SpeedRegulator",
     "TableRuns",
+    "Task",
+    "TaskResult",
     "TorqueGain",
     "Tuned",
     "TuningPlant",
@@ -65,10 +64,10 @@ __all__ = [
     "comparison_document",
     "evaluations_csv",
     "failure_of",
-    "make_task",
     "fixed_frame_response",
     "individual_pitch_plant",
     "initial_table",
+    "make_task",
     "mean_measures",
     "measure_decoupling",
     "minimum_pitch_base",
@@ -76,8 +75,8 @@ __all__ = [
     "sampled_offset",
     "suggested_start",
     "tune",
-    "tuned_document",
     "tune_minimum_pitch",
     "tuned_by",
+    "tuned_document",
     "with_table",
 ]
