@@ -77,9 +77,9 @@ def main(argv=None):
             "to begin with": first.problem.runs(first.problem.start)[0].simulation,
             "tuned": first.problem.runs([first.pitch])[0].simulation,
         }
-        title = f"{turbine}, {tuned.wind_speed:g} m/s, kappa {kappa:g}"
+        title = f"{turbine}, {tuned.wind_speed:.3g} m/s, kappa {kappa:g}"
         files[f"23_{turbine}_breakpoint.png"] = png(
-            minimum_pitch_figure(samples_of(first), gust, title=title)
+            minimum_pitch_figure(samples_of(first), gust, skip=plant.settings.skip, title=title)
         )
     args.folder.mkdir(parents=True, exist_ok=True)
     for path in write_files(args.folder, files):

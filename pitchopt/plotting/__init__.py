@@ -34,6 +34,7 @@ from pitchopt.plotting.simulation import (
     plot_steady_curve,
 )
 from pitchopt.plotting.tradeoff import plot_tradeoff
+from pitchopt.plotting.tuning import plot_acquisition, plot_design_space, plot_posterior
 from pitchopt.plotting.tuning_individual import (
     GainSamples,
     gain_samples,
@@ -50,7 +51,6 @@ from pitchopt.plotting.tuning_minimum_pitch import (
     plot_pitch_samples,
     plot_pitch_tables,
 )
-from pitchopt.plotting.tuning import plot_acquisition, plot_design_space, plot_posterior
 from pitchopt.plotting.turbine_learning import (
     plot_turbine_learning,
     plot_turbine_profiles,
@@ -70,14 +70,12 @@ __all__ = [
     "loads_figure",
     "minimum_pitch_figure",
     "pitch_tables_figure",
-    "plot_channel",
-    "plot_contraction",
-    "plot_cost_progress",
-    "plot_gain_offset",
     "plot_acquisition",
     "plot_channel",
     "plot_contraction",
+    "plot_cost_progress",
     "plot_design_space",
+    "plot_gain_offset",
     "plot_learned_profiles",
     "plot_learning",
     "plot_loads",

@@ -147,15 +147,29 @@ def plot_over_time(
 
 
 def minimum_pitch_figure(
-    samples: PitchSamples, runs: Mapping[str, SeriesLike], *, title: str = ""
+    samples: PitchSamples,
+    runs: Mapping[str, SeriesLike],
+    *,
+    skip: float = 60.0,
+    title: str = "",
 ) -> Figure:
-    """What was tried at a breakpoint, and pitch and flapwise moment around the first run's peak."""
+    """What was tried at a breakpoint, and pitch and flapwise moment around the first run's peak.
+
+    Parameters
+    ----------
+    samples : PitchSamples
+    runs : mapping of str to run
+    skip : float
+        Start of the runs that the peak is not looked for in [s].
+    title : str
+    """
     from matplotlib.figure import Figure
 
     first = next(iter(runs.values()))
-    largest = np.maximum.reduce([first[f"RootMyb{k}"] for k in (1, 2, 3)])
-    blade = 1 + int(np.argmax([first[f"RootMyb{k}"].max() for k in (1, 2, 3)]))
-    peak = float(first.time[int(np.argmax(largest))])
+    counted = first.time >= skip
+    moments = np.array([first[f"RootMyb{k}"][counted] for k in (1, 2, 3)])
+    place = np.unravel_index(int(np.argmax(moments)), moments.shape)
+    blade, peak = 1 + int(place[0]), float(first.time[counted][place[1]])
     figure = Figure(figsize=(9.0, 6.4), layout="constrained")
     (costs, wind), (pitch, moment) = figure.subplots(2, 2)
     plot_pitch_samples(samples, ax=costs)

@@ -93,9 +93,10 @@ def test_what_a_breakpoint_tried_and_its_gust():
         time = np.linspace(0.0, 200.0, 401)
 
     bump = np.exp(-(((Run.time - 120.0) / 5.0) ** 2))
+    start_up = 9.0 * np.exp(-(((Run.time - 20.0) / 5.0) ** 2))
     run = Run(
         Wind1VelX=12.0 + bump, BldPitch1=0.1 * bump,
-        RootMyb1=1e6 * bump, RootMyb2=2e6 * bump, RootMyb3=0.5e6 * bump,
+        RootMyb1=1e6 * (bump + start_up), RootMyb2=2e6 * bump, RootMyb3=0.5e6 * bump,
     )  # fmt: skip
     figure = minimum_pitch_figure(tried, {"tuned": run})
     moment = figure.axes[3]
