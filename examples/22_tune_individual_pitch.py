@@ -46,8 +46,8 @@ def main(argv=None):
         gain, offset = study.best.x[0::2], study.best.x[1::2]
         print(
             f"{speed:g} m/s: {off / 1e6:.3f} MN m without individual pitch, by the handbook "
-            f"{100 * (handbook / off - 1):+.1f} %, tuned {100 * (study.best.cost / off - 1):+.1f} % "
-            f"after {len(study.evaluations)} evaluations in {study.seconds:.0f} s"
+            f"{100 * (handbook / off - 1):+.1f} %, tuned {100 * (study.best.cost / off - 1):+.1f} "
+            f"% after {len(study.evaluations)} evaluations in {study.seconds:.0f} s"
         )
         omega = plant.operation.start(speed).rotor_speed
         for n in (1, 2):

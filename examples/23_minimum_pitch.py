@@ -65,9 +65,9 @@ def main(argv=None):
             tables["to begin with"] = result.initial
             tables[f"kappa {kappa:g}"] = result.table
             print(
-                f"{turbine}, kappa {kappa:g}: {percent(result.with_table.change(result.with_initial))}"
-                f" against the table to begin with, "
-                f"{percent(result.with_table.change(result.without))} against none; "
+                f"{turbine}, kappa {kappa:g}: "
+                f"{percent(result.with_table.change(result.with_initial))} against the table to "
+                f"begin with, {percent(result.with_table.change(result.without))} against none; "
                 f"{result.simulations} simulations"
             )
         files[f"23_{turbine}_tables.png"] = png(pitch_tables_figure(tables, title=turbine))
@@ -77,12 +77,9 @@ def main(argv=None):
             "to begin with": first.problem.runs(first.problem.start)[0].simulation,
             "tuned": first.problem.runs([first.pitch])[0].simulation,
         }
+        title = f"{turbine}, {tuned.wind_speed:g} m/s, kappa {kappa:g}"
         files[f"23_{turbine}_breakpoint.png"] = png(
-            minimum_pitch_figure(
-                samples_of(first),
-                gust,
-                title=f"{turbine}, {tuned.wind_speed:g} m/s, kappa {kappa:g}",
-            )
+            minimum_pitch_figure(samples_of(first), gust, title=title)
         )
     args.folder.mkdir(parents=True, exist_ok=True)
     for path in write_files(args.folder, files):

@@ -112,8 +112,8 @@ def plot_gain_offset(
             ax.plot(size * np.cos(angle), size * np.sin(angle), color="0.85", lw=0.8, zorder=0)
         ax.axhline(0.0, color="0.85", lw=0.8, zorder=0)
         ax.axvline(0.0, color="0.85", lw=0.8, zorder=0)
-        ax.set(xlabel=f"gain cos({order} offset) [rad/(N m s)]")
-        ax.set(ylabel=f"gain sin({order} offset)")
+        angle_name = "offset" if order == 1 else f"{order} offset"
+        ax.set(xlabel=f"gain cos({angle_name}) [rad/(N m s)]", ylabel=f"gain sin({angle_name})")
     else:
         x, y = np.degrees(offset), gain
         light_grid(ax)

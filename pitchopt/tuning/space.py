@@ -204,6 +204,7 @@ class Space:
         """Nearest point inside; periodic parameters come back by whole turns."""
         x = np.asarray(x, dtype=np.float64)
         turned = self.lower + np.mod(x - self.lower, self.upper - self.lower)
+        turned = np.where(turned < self.upper, turned, self.lower)  # both are one point
         return np.where(self.periodic, turned, np.clip(x, self.lower, self.upper))
 
     def to_unit(self, x: ArrayLike) -> FloatArray:

@@ -104,7 +104,7 @@ def individual_pitch(operation: Operation) -> IndividualPitch:
     """Individual pitch at the rotor's frequency; see the module."""
     turbine, fine = operation.dynamic.turbine, operation.fine_pitch
     return IndividualPitch(
-        gain=np.array([_SHARE * turbine.rated_rotor_speed / moment_by_pitch(operation)]),
+        gain=np.array([_SHARE * turbine.rated_rotor_speed / _moment_by_pitch(operation)]),
         offset=[decoupling_offset(1, turbine.rated_rotor_speed, actuator_time(operation))],
         limit=_AMPLITUDE,
         fade_from=fine,
@@ -121,7 +121,7 @@ def actuator_time(operation: Operation) -> float:
     return actuator.time_constant or 0.0
 
 
-def moment_by_pitch(operation: Operation) -> float:
+def _moment_by_pitch(operation: Operation) -> float:
     """Largest k at full load [N m/rad]."""
     slopes = -operation.frozen_slopes.bending[operation.full_load]
     if slopes.size == 0 or slopes.max() <= 0.0:

@@ -12,15 +12,15 @@ A gain is not negative, and the offset stands within n (psi + offset), so that i
 2 pi / n and is free to turn the sign.  At gain zero all offsets are one controller, which
 the space says by its polar pairs.
 
-Gains go up to omega / k: the moment of a blade is M = M_0 - k beta with the wake held still, k the
-largest of the full-load operating points, so that the loop of tilt and that of yaw have a bandwidth
-of at most c_n k = omega, the rated rotor speed.  Faster than the rotor turns, the average that
-the multiblade transform takes over a turn means nothing any more.
+Gains go up to omega / k: with the wake held still the moment of a blade is M = M_0 - k beta, so
+the loop of tilt and that of yaw have a bandwidth of c_n k, which at the largest gain is the rotor
+speed omega; of several wind speeds the one with the least omega / k counts.  Faster than the rotor
+turns, the average that the multiblade transform takes over a turn means nothing any more.
 
 The start is the controller without individual pitch.  Every point meets its winds, so how rough a
 seed is cancels from the variance of the cost (`pitchopt.studies.tuning.problem`).  A design by the
-handbook stands beside it: bandwidths of a fifth of the rated rotor speed, as the controller
-called ipc has, and the offsets of a rigid rotor, atan(n omega tau)/n.
+handbook stands beside it: bandwidths of a fifth of the rotor speed, as the controller called ipc
+has above rated, and the offsets of a rigid rotor, atan(n omega tau)/n.
 
 Source: S. Mulders, A. Pamososuryo, J.-W. van Wingerden, "Efficient tuning of Individual Pitch
 Control: a Bayesian optimization machine learning approach", J. Phys.: Conf. Ser. 1618, 2020.  The
@@ -41,7 +41,7 @@ from pitchopt.control import IndividualPitch, TurbineController, decoupling_offs
 from pitchopt.errors import InputError
 from pitchopt.fatigue import bin_edges, combine_loads, weibull_weights
 from pitchopt.sim.statistics import BLADE_SLOPE
-from pitchopt.studies.simulation.controllers import moment_by_pitch, with_individual
+from pitchopt.studies.simulation.controllers import with_individual
 from pitchopt.studies.tuning.plant import PlantRun, TuningPlant, mean_measures
 from pitchopt.studies.tuning.problem import TuningProblem
 from pitchopt.tuning import Parameter, Polar, Space
@@ -54,7 +54,7 @@ SEEDS = (1, 2, 3, 4, 5, 6)
 PITCH_LAG = 0.4  # of the paper's actuators [s]
 AMPLITUDE = math.radians(5.0)  # largest of each harmonic
 _ORDERS = (1, 2)
-_SHARE = 0.2  # bandwidth over rated rotor speed of the handbook's design
+_SHARE = 0.2  # bandwidth over rotor speed of the handbook's design
 _MEAN_WIND = 10.0  # of class I, IEC 61400-1 [m/s]
 
 
@@ -114,8 +114,8 @@ class IndividualPitchGains(TuningProblem):
         base: TurbineController | None = None,
     ) -> None:
         plant = individual_pitch_plant() if plant is None else plant
-        operation, rated = plant.operation, plant.turbine.rated_rotor_speed
-        largest = rated / moment_by_pitch(operation)
+        speeds = finite_array("wind_speeds", wind_speeds)
+        largest = min(_largest_gain(plant, speed) for speed in speeds.tolist())
         space = Space(
             [
                 part
@@ -135,7 +135,7 @@ class IndividualPitchGains(TuningProblem):
         if any(b <= a for a, b in pairwise(self.wind_speeds)):
             raise InputError(f"wind_speeds: got {self.wind_speeds}, expected ascending speeds")
         self.weibull_mean = finite_number("weibull_mean", weibull_mean, above=0.0)
-        omega = operation.start(self.wind_speeds[len(self.wind_speeds) // 2]).rotor_speed
+        omega = plant.operation.start(self.wind_speeds[len(self.wind_speeds) // 2]).rotor_speed
         self.handbook = finite_array(
             "handbook",
             [
@@ -181,6 +181,20 @@ class IndividualPitchGains(TuningProblem):
     def tuner_options(self, method: str) -> dict[str, Any]:
         """Start of a zeroth-order tuner from the handbook's design."""
         return {"start": self.handbook} if method == "zoo" else {}
+
+
+def _largest_gain(plant: TuningPlant, wind_speed: float) -> float:
+    """Rotor speed over moment by pitch [rad/(N m s)] in steady operation at a speed [m/s]."""
+    operation = plant.operation
+    moment = -float(
+        np.interp(wind_speed, operation.curve.wind_speed, operation.frozen_slopes.bending)
+    )
+    if moment <= 0.0:
+        raise InputError(
+            f"wind_speeds: at {wind_speed:g} m/s pitch takes no bending off the blades of "
+            f"{plant.turbine.name!r}, which individual pitch needs"
+        )
+    return operation.start(wind_speed).rotor_speed / moment
 
 
 def _pitch_rate(run: PlantRun) -> float:
