@@ -11,16 +11,14 @@ coordinates, where ranges are of the order of one.  A second derivative below a 
 largest, or a negative one, counts as that, so that no step is all along one parameter.
 
 At the end kriging of all costs, the grid's and the tuner's, answers their second question, whether
-the result is near the minimum of the estimated cost.  With m the mean of the kriging estimate and
-sigma the deviation of the noise that it finds, z^1 the start, x_t the tuner's and x_k kriging's
-minimum, the two agree if the gap
+the result is near the minimum of the estimated cost.  An estimate is worth little where nothing
+was sampled, so kriging's minimum x_k is simulated too.  With sigma the deviation of the noise that
+kriging finds, z^1 the start and x_t the tuner's minimum, the two agree if
 
-    m(x_t) - m(x_k) <= max(2 sigma, [m(z^1) - m(x_k)] / 20):
+    C(x_t) - C(x_k) <= max(2 sigma, [C(z^1) - C(x_t)] / 20):
 
-it is within the noise, or nineteen twentieths of what was to gain are found.  Kriging's own
-uncertainty is left out: it is large where nothing was sampled, and a minimum there asks for
-samples, not for agreement.  The distance of the two is told in kriging's length scales; in a flat
-valley it may be long.
+what is left to gain is within the noise, or a twentieth of what was gained.  The distance of the
+two is told in kriging's length scales; in a flat valley it may be long.
 
 Source: Zalkind, Dall'Anese, Pao, Automatic controller tuning using a zeroth-order optimization
 algorithm, Wind Energy Science 5 (2020), sections 2.6 and 4.3.
@@ -28,6 +26,7 @@ algorithm, Wind Energy Science 5 (2020), sections 2.6 and 4.3.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -39,7 +38,6 @@ from pitchopt.studies.tuning.problem import TuningProblem
 from pitchopt.tuning import (
     Evaluation,
     GaussianProcess,
-    PosteriorMinimum,
     Space,
     StudyResult,
     ZerothOrder,
@@ -51,7 +49,7 @@ __all__ = ["Agreement", "GuidedTuning", "agreement", "newton_scaling", "tune_by_
 
 _LEAST_CURVATURE = 0.05  # of the largest
 _DEVIATIONS = 2.0  # of the noise, within which costs are the same
-_SHARE = 0.05  # of the gain that may be left
+_SHARE = 0.05  # of the gain, that may be left
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +61,7 @@ class Agreement:
     tuner, kriging : (d,) ndarray
         x_t and x_k.
     gap : float
-        m(x_t) - m(x_k), in the unit of the cost.
+        C(x_t) - C(x_k), in the unit of the cost; minus infinity if x_k cannot be simulated.
     tolerance : float
         Gap up to which they agree.
     distance : float
@@ -119,8 +117,10 @@ class GuidedTuning:
 
     @property
     def simulations(self) -> int:
-        """That were needed."""
-        return self.problem.simulations_in(e.x for e in self.evaluations)
+        """That were needed, that of kriging's minimum among them."""
+        return self.problem.simulations_in(
+            [*(e.x for e in self.evaluations), self.agreement.kriging]
+        )
 
 
 def _kriging(space: Space, evaluations: Sequence[Evaluation]) -> GaussianProcess:
@@ -153,7 +153,11 @@ def newton_scaling(space: Space, evaluations: Sequence[Evaluation]) -> FloatArra
 
 
 def agreement(
-    space: Space, evaluations: Sequence[Evaluation], x: FloatArray, start: FloatArray
+    space: Space,
+    evaluations: Sequence[Evaluation],
+    best: Evaluation,
+    start: Evaluation,
+    cost: Callable[[FloatArray], float],
 ) -> Agreement:
     """Compare a tuner's result with the minimum of kriging of its evaluations.
 
@@ -161,10 +165,10 @@ def agreement(
     ----------
     space : Space
     evaluations : sequence of Evaluation
-    x : (d,) ndarray
-        Of the tuner.
-    start : (d,) ndarray
-        z^1.
+    best, start : Evaluation
+        The tuner's minimum and z^1.
+    cost : callable
+        Of a point; NaN where it fails.
 
     Raises
     ------
@@ -172,15 +176,15 @@ def agreement(
         If fewer than two evaluations did not fail.
     """
     process = _kriging(space, evaluations)
-    minimum: PosteriorMinimum = process.minimum()
-    (mean, before), _ = process.predict(np.array([x, start]))
-    features = space.features(space.to_unit(np.array([x, minimum.x])))
-    lengths = np.array(process.hyperparameters.lengths)[space.groups]
+    minimum = process.minimum()
+    there = cost(minimum.x)
+    features = space.features(space.to_unit(np.array([best.x, minimum.x])))
+    lengths = process.hyperparameters.lengths[space.groups]
     return Agreement(
-        tuner=x,
+        tuner=best.x,
         kriging=minimum.x,
-        gap=float(mean) - minimum.mean,
-        tolerance=max(_DEVIATIONS * process.nugget_std, _SHARE * float(before - minimum.mean)),
+        gap=best.cost - there if math.isfinite(there) else -math.inf,
+        tolerance=max(_DEVIATIONS * process.nugget_std, _SHARE * (start.cost - best.cost)),
         distance=float(np.linalg.norm((features[0] - features[1]) / lengths)),
         process=process,
     )
@@ -234,5 +238,11 @@ def tune_by_guidelines(
         tuner=tuner,
         evaluations=evaluations,
         scaling=scaling,
-        agreement=agreement(space, evaluations, tuner.best().x, problem.start),
+        agreement=agreement(
+            space,
+            evaluations,
+            tuner.best().evaluation,
+            result.evaluations[0],
+            lambda x: problem(x).cost,
+        ),
     )

@@ -18,6 +18,8 @@ from typing import Any
 from pitchopt.checks import FloatArray
 from pitchopt.control import MinimumPitchTable, TurbineController
 from pitchopt.studies.tuning.guidelines import GuidedTuning, tune_by_guidelines
+from pitchopt.studies.tuning.minimum_pitch import minimum_pitch_base, with_table
+from pitchopt.studies.tuning.minimum_pitch_table import tune_minimum_pitch
 from pitchopt.studies.tuning.plant import TuningPlant
 from pitchopt.studies.tuning.speed_regulator import SpeedRegulator
 from pitchopt.studies.tuning.torque_gain import TorqueGain
@@ -83,6 +85,7 @@ def tune_in_sequence(
     plant: TuningPlant,
     *,
     minimum_pitch: Callable[[TurbineController], MinimumPitchTable] | None = None,
+    pitch_table: bool = True,
     torque: Mapping[str, Any] | None = None,
     regulator: Mapping[str, Any] | None = None,
     settings: Mapping[str, Any] | None = None,
@@ -94,8 +97,10 @@ def tune_in_sequence(
     ----------
     plant : TuningPlant
     minimum_pitch : callable, optional
-        Given a controller, finds the table of lowest pitch; without one the sequence ends after
-        the second step.
+        Finds the table of lowest pitch for a controller that has a wind estimator;
+        `tune_minimum_pitch` without.
+    pitch_table : bool
+        Whether there is to be a table; without one the sequence ends after the second step.
     torque, regulator : mapping, optional
         Arguments of `TorqueGain` and `SpeedRegulator`, such as wind speeds, seeds and start.
     settings : mapping, optional
@@ -111,7 +116,9 @@ def tune_in_sequence(
         If evaluations fail throughout.
     """
     kinds = {TORQUE: (TorqueGain, torque), REGULATOR: (SpeedRegulator, regulator)}
-    controller = plant.operation.baseline()
+    # the table needs an estimator, which changes nothing without it
+    estimator = minimum_pitch_base(plant).estimator
+    controller = dataclasses.replace(plant.operation.baseline(), estimator=estimator)
     steps: list[SequenceStep] = []
     at: dict[str, FloatArray] = {}
 
@@ -133,13 +140,14 @@ def tune_in_sequence(
 
     step(TORQUE)
     step(REGULATOR)
-    table = None
-    if minimum_pitch is not None:
-        tell("minimum pitch")
+    if not pitch_table:
+        return SequenceResult(steps=tuple(steps), minimum_pitch=None, controller=controller)
+    tell("minimum pitch")
+    if minimum_pitch is None:
+        table = tune_minimum_pitch(plant, base=controller).table
+    else:
         table = minimum_pitch(controller)
-        controller = dataclasses.replace(
-            controller, minimum_pitch=table, estimator=plant.operation.estimator
-        )
-        step(TORQUE, AGAIN)
-        step(REGULATOR, AGAIN)
+    controller = with_table(controller, table)
+    step(TORQUE, AGAIN)
+    step(REGULATOR, AGAIN)
     return SequenceResult(steps=tuple(steps), minimum_pitch=table, controller=controller)

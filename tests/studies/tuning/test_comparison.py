@@ -71,18 +71,25 @@ def test_kriging_needs_two_points():
 
 
 def test_minimum_of_tuner_and_kriging_agree_where_they_are_the_same(grid):
-    found = agreement(BOWL, evaluated([*grid, LOWEST]), LOWEST, np.zeros(2))
+    *known, start, best = evaluated([*grid, np.array([2.0, -1.0]), LOWEST])
+    found = agreement(BOWL, [*known, best], best, start, bowl)
     assert found.kriging == pytest.approx(LOWEST, abs=0.02)
+    assert found.gap == pytest.approx(0.0, abs=1e-3)
     assert found.distance < 0.05 and found.agrees
 
 
 def test_a_tuner_that_stopped_early_does_not_agree(grid):
-    early = np.array([1.9, -0.9])
-    start = np.array([2.0, -1.0])
-    found = agreement(BOWL, evaluated([*grid, early]), early, start)
-    assert found.gap == pytest.approx(bowl(early) - bowl(LOWEST), rel=0.02)
-    assert found.tolerance == pytest.approx(0.05 * (bowl(start) - bowl(LOWEST)), rel=0.02)
+    *known, start, early = evaluated([*grid, np.array([2.0, -1.0]), np.array([1.9, -0.9])])
+    found = agreement(BOWL, [*known, early], early, start, bowl)
+    assert found.gap == pytest.approx(early.cost - bowl(LOWEST), rel=0.02)
+    assert found.tolerance == pytest.approx(0.05 * (start.cost - early.cost), rel=0.02)
     assert not found.agrees
+
+
+def test_a_minimum_that_cannot_be_simulated_is_no_better(grid):
+    *known, start, early = evaluated([*grid, np.array([2.0, -1.0]), np.array([1.9, -0.9])])
+    found = agreement(BOWL, [*known, early], early, start, lambda _: float("nan"))
+    assert found.gap == -np.inf and found.agrees
 
 
 def test_every_search_is_in_the_table(comparison, problem):
@@ -165,7 +172,7 @@ def test_first_step_follows_the_guideline(gain):
     assert gain.space.to_unit(first.x) == pytest.approx([1.0 - found.tuner.radius[0]])
     assert found.scaling.tolist() == [1.0]
     assert found.cost <= record.cost
-    assert found.simulations == 3 * len(found.evaluations)
+    assert found.simulations == 3 * (len(found.evaluations) + 1)
 
 
 def test_guidelines_scale_two_parameters_by_a_grid_first(problem):
@@ -196,7 +203,7 @@ def test_sequence_hands_each_controller_on(small):
         "speed regulator again",
     ]  # fmt: skip
     torque, regulator, torque_again, regulator_again = found.steps
-    assert given[0] is regulator.controller
+    assert given[0] is regulator.controller and given[0].estimator is not None
     assert regulator.controller.torque.factor == torque.tuning.x[0]
     assert torque_again.tuning.problem.start.tolist() == torque.tuning.x.tolist()
     assert torque_again.tuning.problem.base.minimum_pitch is table
@@ -211,7 +218,10 @@ def test_sequence_hands_each_controller_on(small):
 
 def test_sequence_without_a_table_ends_after_two_steps(small):
     found = tune_in_sequence(
-        small, torque={"wind_speeds": (8.0,)}, settings={"stages": 1, "preliminary": 2}
+        small,
+        pitch_table=False,
+        torque={"wind_speeds": (8.0,)},
+        settings={"stages": 1, "preliminary": 2},
     )
     assert [s.name for s in found.steps] == ["torque gain", "speed regulator"]
     assert found.changes() == {} and found.minimum_pitch is None
