@@ -172,7 +172,7 @@ class Space:
             if name not in self.names:
                 raise InputError(f"bounds: got {name!r}, expected one of {', '.join(self.names)}")
         changed = [
-            dataclasses.replace(p, **dict(zip(("low", "high"), bounds[p.name], strict=True)))
+            dataclasses.replace(p, low=bounds[p.name][0], high=bounds[p.name][1])
             if p.name in bounds
             else p
             for p in self.parameters

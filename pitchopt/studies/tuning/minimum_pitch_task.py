@@ -216,7 +216,7 @@ def _point(result: MinimumPitchResult, pitch: Any, loads: PeakLoads) -> dict[str
 
 def _evaluations(result: MinimumPitchResult) -> list[dict[str, Any]]:
     """All breakpoints' evaluations, each with the whole table that it was part of."""
-    records = []
+    records: list[dict[str, Any]] = []
     for breakpoint_ in result.breakpoints:
         for number, one in enumerate(breakpoint_.rounds, start=1):
             for evaluation in one.study.evaluations:

@@ -180,13 +180,16 @@ def make_task(
     }
     problem: TuningProblem
     if name == "minimum-pitch":
-        for field, value in (("wind_speeds", wind_speeds), ("start", start), ("bounds", bounds)):
-            if value:
+        fixed = {"wind_speeds": wind_speeds, "start": start, "bounds": bounds}
+        for field, own in fixed.items():
+            if own:
                 raise InputError(
-                    f"{field}: got {value!r} for minimum-pitch, expected none: breakpoints, first "
+                    f"{field}: got {own!r} for minimum-pitch, expected none: breakpoints, first "
                     "table and bounds come from the algorithm"
                 )
-        chosen = {k: v for k, v in (("kappa", kappa), ("seeds", seeds)) if v is not None}
+        chosen: dict[str, Any] = {
+            k: v for k, v in (("kappa", kappa), ("seeds", seeds)) if v is not None
+        }
         return MinimumPitchTask(TuningPlant(turbine, **plant), **chosen)
     if name == "individual-pitch":
         problem = IndividualPitchGains(individual_pitch_plant(turbine, **plant), **given)

@@ -132,7 +132,7 @@ def tune(
             progress=progress,
         )
     reference = problem.reference
-    start = Evaluation(
+    reference_point = Evaluation(
         index=-1,
         x=problem.start,
         cost=reference.cost,
@@ -144,7 +144,7 @@ def tune(
     return Tuned(
         problem=problem,
         method=method,
-        start=start,
+        start=reference_point,
         result=result,
         simulations=problem.simulations_in([e.x for e in result.evaluations]),
         seconds=time.perf_counter() - began,
