@@ -12,14 +12,13 @@ from os import PathLike
 from numpy.typing import ArrayLike
 
 from pitchopt.studies.tuning.problem import TuningProblem
-from pitchopt.tuning import Evaluation, StudyResult, run_study
+from pitchopt.tuning import Evaluation, StudyResult, ZerothOrder, run_study
 from pitchopt.tuning.methods import make_tuner
 
 __all__ = ["BUDGET", "Tuned", "tune"]
 
 BUDGET = 25
 """Evaluations for each parameter, unless a number is given or the tuner has its own."""
-_NO_LIMIT = 100_000  # for tuners that end by themselves
 
 Progress = Callable[[int, int, str], None]
 
@@ -85,8 +84,8 @@ def tune(
     start : (d,) array_like, optional
         Where the tuner begins; that of the problem's proposal or of the problem without.
     evaluations : int, optional
-        At most so many.  Without, a tuner that the problem has settings for ends by itself, and
-        others have `BUDGET` times the number of parameters.
+        At most so many.  Without, the zeroth-order tuner has its stages to the end, and others
+        have `BUDGET` times the number of parameters.
     seed : int
         Of the tuner.
     options : mapping, optional
@@ -113,8 +112,8 @@ def tune(
         seed=seed,
         options=proposed | dict(options or {}),
     )
-    if evaluations is None and proposed:
-        limit = _NO_LIMIT
+    if evaluations is None and isinstance(tuner, ZerothOrder):
+        limit = tuner.most_evaluations
     threads: AbstractContextManager[Executor | Callable[[], Executor] | None] = (
         ThreadPoolExecutor(parallel) if executor is None and parallel > 1 else nullcontext(executor)
     )
