@@ -205,13 +205,15 @@ def command(**options: Any) -> int:
     documents, figures = [], {}
     with Progress(compiled="the time loop") as progress:
         for task, method in tasks:
+            start = time.perf_counter()
             done = task.tune(
                 method,
                 journal=journals(task, method),
                 progress=progress,
                 **_tuner_settings(options),
             )
-            documents.append(done.document(check_seeds=options["check_seeds"]))
+            found = done.document(check_seeds=options["check_seeds"])
+            documents.append({**found, "seconds": time.perf_counter() - start})
             if folder is not None and not options["no_plots"]:
                 stem = f"{task.name}-{method}-" if len(tasks) > 1 else ""
                 figures.update({f"{stem}{key}": make for key, make in done.figures().items()})

@@ -34,6 +34,7 @@ from pitchopt.plotting.simulation import (
     plot_steady_curve,
 )
 from pitchopt.plotting.tradeoff import plot_tradeoff
+from pitchopt.plotting.tuning import plot_acquisition, plot_design_space, plot_posterior
 from pitchopt.plotting.tuning_individual import (
     GainSamples,
     gain_samples,
@@ -69,9 +70,11 @@ __all__ = [
     "loads_figure",
     "minimum_pitch_figure",
     "pitch_tables_figure",
+    "plot_acquisition",
     "plot_channel",
     "plot_contraction",
     "plot_cost_progress",
+    "plot_design_space",
     "plot_gain_offset",
     "plot_learned_profiles",
     "plot_learning",
@@ -81,6 +84,7 @@ __all__ = [
     "plot_pitch_samples",
     "plot_pitch_tables",
     "plot_polar_fit",
+    "plot_posterior",
     "plot_profiles",
     "plot_regrets",
     "plot_several_profiles",

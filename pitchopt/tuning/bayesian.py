@@ -220,8 +220,7 @@ class Bayesian(Tuner):
         probabilities = found.probabilities()
         if not found.feasible.any():
             return Weighed(None, probabilities, logarithmic=True)
-        mean, _ = found.cost.moments(found.cost.kriging.u)
-        acquisition = self._acquisition(found, float(mean[found.feasible].min()), rng)
+        acquisition = self._acquisition(found, rng)
         if not probabilities:
             return acquisition
         logarithmic = isinstance(
@@ -233,7 +232,7 @@ class Bayesian(Tuner):
             floor = float(acquisition.values(found.cost.kriging.u).min())
         return Weighed(acquisition, probabilities, logarithmic=logarithmic, floor=floor)
 
-    def _acquisition(self, found: Surrogates, best: float, rng: np.random.Generator) -> Smooth:
+    def _acquisition(self, found: Surrogates, rng: np.random.Generator) -> Smooth:
         pending = self.space.to_unit(
             np.array([c.x for c in self.pending]).reshape(-1, len(self.space))
         )
@@ -244,6 +243,8 @@ class Bayesian(Tuner):
         if self.acquisition == "thompson":
             return ThompsonSample(found.cost, rng=rng)
         believed = found.cost.believing(pending)
+        able = np.concatenate([found.feasible, found.chance(pending) > 0.5])
+        best = float(believed.moments(believed.kriging.u)[0][able].min())
         if self.acquisition == "confidence-bound":
             return ConfidenceBound(believed, self.confidence)
         if self.acquisition == "probability-of-improvement":

@@ -191,6 +191,11 @@ class GaussianProcess:
         return (y - self.shift) / self.scale
 
     @property
+    def samples(self) -> tuple[FloatArray, FloatArray]:
+        """Points (n, d) and outputs (n,) that the process was given."""
+        return self.space.from_unit(self.kriging.u), self.shift + self.scale * self.y
+
+    @property
     def mean(self) -> float:
         """Constant b that the function varies about, by generalised least squares."""
         return self.shift + self.scale * self.constant

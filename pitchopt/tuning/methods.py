@@ -71,7 +71,8 @@ def make_tuner(
     for option in given:
         if option not in allowed:
             raise InputError(
-                f"option of {name}: got {option!r}, expected one of {', '.join(allowed)}"
+                f"option of {name}: got {option!r}, "
+                + (f"expected one of {', '.join(allowed)}" if allowed else "it has none")
                 + _hint(option, allowed)
             )
     if (layout := _LAYOUTS.get(name)) is not None:

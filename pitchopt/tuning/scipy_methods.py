@@ -81,7 +81,8 @@ def inverted(search: Callable[[Callable[[FloatArray], Reply]], object]) -> Searc
             replies.put((yield point))
     finally:
         replies.put(None)
-        thread.join()
+        if thread is not threading.current_thread():  # which may be the one that collects
+            thread.join()
 
 
 class _ThroughScipy(StagedTuner):
@@ -316,12 +317,16 @@ def _cobyla(
     from scipy.optimize import Bounds, NonlinearConstraint, minimize
 
     last: dict[bytes, Reply] = {}
+    mirrored = u + size > bounds[1]  # its first simplex goes up from where it starts
+
+    def turned(v: FloatArray) -> FloatArray:
+        return np.where(mirrored, 1.0 - v, v)
 
     def at(v: FloatArray) -> Reply:
         key = v.tobytes()
         if key not in last:
             last.clear()
-            last[key] = function(v)
+            last[key] = function(turned(v))
         return last[key]
 
     options: Any = {"rhobeg": size, "tol": tolerance, "maxiter": _UNLIMITED, "catol": 0.0}
@@ -329,7 +334,7 @@ def _cobyla(
     cost: Any = lambda v: at(v)[0]  # noqa: E731
     minimize(
         cost,
-        u,
+        turned(u),
         method="COBYLA",
         bounds=Bounds(*bounds),
         constraints=[constraint] if constrained else [],

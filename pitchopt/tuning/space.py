@@ -172,7 +172,7 @@ class Space:
             if name not in self.names:
                 raise InputError(f"bounds: got {name!r}, expected one of {', '.join(self.names)}")
         changed = [
-            dataclasses.replace(p, **dict(zip(("low", "high"), bounds[p.name], strict=True)))
+            dataclasses.replace(p, low=bounds[p.name][0], high=bounds[p.name][1])
             if p.name in bounds
             else p
             for p in self.parameters
@@ -204,6 +204,7 @@ class Space:
         """Nearest point inside; periodic parameters come back by whole turns."""
         x = np.asarray(x, dtype=np.float64)
         turned = self.lower + np.mod(x - self.lower, self.upper - self.lower)
+        turned = np.where(turned < self.upper, turned, self.lower)  # both are one point
         return np.where(self.periodic, turned, np.clip(x, self.lower, self.upper))
 
     def to_unit(self, x: ArrayLike) -> FloatArray:

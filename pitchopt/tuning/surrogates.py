@@ -3,7 +3,8 @@
 Cost and constraints come from the evaluations that went well.  Where some failed, a process of
 labels, +1 for a failure and -1 else, takes its place beside the constraints: that is
 classification by regression on labels (Rasmussen and Williams, section 6.5).  The probability
-that a point is feasible is the product of the probabilities that each of these is below zero.
+that a point is feasible is the product of the probabilities that each of these is below zero,
+or the label below -1/2, so that samples do not crowd on the failing side of an edge.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ __all__ = ["Surrogates", "Weighed", "surrogates_of"]
 
 _MANY = 40  # samples from which a fit starts where the last one ended and at the priors' centre
 _STARTS = 4
+_FAILURE = "failure"
+_LEVEL = -0.5  # of labels: a point counts as safe on its side of a quarter of the way across
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,11 +54,15 @@ class Surrogates:
         processes = {"cost": self.cost, **self.limits}
         return {name: process.hyperparameters.document() for name, process in processes.items()}
 
+    def chance(self, u: FloatArray) -> FloatArray:
+        """Probability (m,) that unit coordinates (m, d) are feasible."""
+        return np.exp(Weighed(None, self.probabilities(), logarithmic=True).values(u))
+
     def probabilities(self) -> list[ProbabilityOfImprovement]:
         """Logarithms of the probabilities that the limits hold, as functions of a point."""
         return [
-            ProbabilityOfImprovement(process, process.scaled(0.0))
-            for process in self.limits.values()
+            ProbabilityOfImprovement(process, process.scaled(_LEVEL if name == _FAILURE else 0.0))
+            for name, process in self.limits.items()
         ]
 
 
@@ -192,7 +199,7 @@ def surrogates_of(
     }
     if len(good) < len(evaluations):
         labels = np.array([-1.0 if e.status == "ok" else 1.0 for e in evaluations])
-        limits["failure"] = process("failure", np.array([e.x for e in evaluations]), labels)
+        limits[_FAILURE] = process(_FAILURE, np.array([e.x for e in evaluations]), labels)
     return Surrogates(cost=cost, limits=limits, feasible=np.array([e.feasible for e in good]))
 
 

@@ -103,11 +103,12 @@ class Tuner(ABC):
             proposal = None if self.finished else self._propose()
             if proposal is None:
                 return None
+            would = self.space.point(proposal.x)
             width = self.space.upper - self.space.lower
-            if np.any(np.abs(proposal.x - x) > 1e-9 * width):
+            if np.any(np.abs(would - x) > 1e-9 * width):
                 raise InputError(
                     f"candidate: number {candidate.index} is {np.array2string(x)} and the tuner "
-                    f"would ask for {np.array2string(proposal.x)}: it comes from another study"
+                    f"would ask for {np.array2string(would)}: it comes from another study"
                 )
         return self._register(Proposal(x=x, origin=candidate.origin, note=dict(candidate.note)))
 
@@ -139,6 +140,8 @@ class Tuner(ABC):
         """
         candidate = self._match(x)
         if isinstance(y, Evaluation):
+            if y.status == "ok" and not np.all(np.isfinite([y.cost, *y.constraints])):
+                raise InputError(f"y: got a cost of {y.cost} that is ok, expected finite numbers")
             evaluation = dataclasses.replace(
                 y,
                 index=candidate.index,
@@ -197,11 +200,13 @@ class Tuner(ABC):
 
     def _match(self, x: Candidate | ArrayLike) -> Candidate:
         if isinstance(x, Candidate):
-            if x.index not in self._pending:
+            pending = self._pending.get(x.index)
+            if pending is None or not np.array_equal(pending.x, x.x):
                 raise InputError(
-                    f"x: got candidate {x.index}, expected one that was asked for and not yet told"
+                    f"x: got candidate {x.index} at {np.array2string(np.asarray(x.x))}, expected "
+                    "one that was asked for and not yet told"
                 )
-            return self._pending[x.index]
+            return pending
         point = self.space.point(x)
         for candidate in self._pending.values():
             if np.array_equal(candidate.x, point):
@@ -229,7 +234,7 @@ class Tuner(ABC):
         counts, and a failed point ranks behind the worst; infinity while all failed.
         """
         known = [e.cost for e in self._evaluations if e.feasible]
-        base = max(known, default=0.0)
+        base = math.nextafter(max(known, default=0.0), math.inf)
         if not known:
             known = [e.violation for e in self._evaluations if e.status == "ok"]
         if not known:

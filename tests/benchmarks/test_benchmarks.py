@@ -55,6 +55,11 @@ FIGURES = {
         "flattened optimum": ["applies", "gain_percent", "rms_weighted", "flat_rms_weighted"],
         "case": ["gain_largest_percent", "gains_above_aim", "points", "curve_cpu_seconds"],
     },
+    "tuners": {
+        "run": ["function", "noise", "tool", "run", "regrets", "seconds_per_suggestion"],
+        "regret": ["pitchopt_median", "skopt_median", "p_loss", "p_gain", "better", "worse"],
+        "suggestion": ["tool", "samples", "seconds", "seconds_aim"],
+    },
     "scp_vs_ipopt": {
         "trade-off point": ["ratio", "objective_lead_percent", "ratio_is_lower_bound"],
         "summary": ["formulations", "fastest_formulation"],
@@ -98,6 +103,8 @@ def test_every_script_is_listed():
 def test_quick_run(script, folder):
     if script == "scp_vs_ipopt":
         pytest.importorskip("casadi", reason="comes with the extra 'bench'")
+    if script == "tuners":
+        pytest.importorskip("skopt", reason="comes with the extra 'bench'")
     out = folder / script / f"{script}.json"
     text = quick(script, str(out))
     assert out.read_text(encoding="utf-8") == text

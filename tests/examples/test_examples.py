@@ -39,12 +39,15 @@ WRITES = {
     "16_steady_curves": ["16_steady_curves.png"],
     "17_learning_on_the_turbine": ["17_flexible.png", "17_rigid.png", "17_turbulent.png"],
     "18_campbell": ["18_campbell.png"],
+    "20_tune_speed_regulator": ["20_design_space.png", "20_samples.png", "20_series.png"],
+    "21_torque_gain": ["21_8_alone.png", "21_three_winds.png", "21_torque.png"],
     "22_tune_individual_pitch": [
         "22_progress.png",
         "22_samples.png",
         "22_samples_rectangular.png",
     ],
     "23_minimum_pitch": ["23_nrel-5mw_breakpoint.png", "23_nrel-5mw_tables.png"],
+    "19_bayesian_steps": ["19_design_space.png", "19_steps.png"],
 }
 
 

@@ -1,106 +1,83 @@
-"""Plots of individual pitch and minimum pitch tuning show the numbers they were given."""
+"""Plots of a tuner's surrogate show its posterior and its samples."""
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
-from pitchopt.control import MinimumPitchTable
-from pitchopt.plotting import (
-    PitchSamples,
-    gain_samples,
-    individual_pitch_figure,
-    minimum_pitch_figure,
-    pitch_tables_figure,
-    plot_cost_progress,
-    plot_gain_offset,
-    plot_pitch_samples,
-    plot_pitch_tables,
-    progress_figure,
-)
+from pitchopt.errors import InputError
+from pitchopt.plotting import plot_acquisition, plot_design_space, plot_posterior
+from pitchopt.tuning import GaussianProcess, Parameter, Space
+from pitchopt.tuning.known_functions import branin, forrester
 
-X = np.array([[1.0, 0.5, 2.0, -0.3], [2.0, -0.5, 1.0, 0.7], [3.0, 0.1, 0.5, 0.2], [1.5, 0, 1, 0]])
-COSTS = [3.0, 1.0, np.nan, 2.0]
+LINE = np.linspace(0, 1, 6)[:, None]
 
 
 @pytest.fixture
-def samples():
-    found = [SimpleNamespace(x=x, cost=cost) for x, cost in zip(X, COSTS, strict=True)]
-    return gain_samples(found, 2.5)
+def ax():
+    return Figure().add_subplot()
 
 
-def points(ax):
-    """Failed and good samples of a plot."""
-    failed, good = ax.collections[:2]
-    return np.asarray(failed.get_offsets()), np.asarray(good.get_offsets()), good.get_array()
+@pytest.fixture(scope="module")
+def over_one():
+    return GaussianProcess.fit(forrester().space, LINE, forrester().formula(LINE))
 
 
-@pytest.mark.parametrize("order", [1, 2])
-def test_samples_in_both_planes(samples, order):
-    gain, offset = X[:, 2 * order - 2], X[:, 2 * order - 1]
-    worst_first = [0, 3, 1]
-    failed, good, colour = points(plot_gain_offset(samples, order, plane="rectangular"))
-    np.testing.assert_allclose(failed, [[np.degrees(offset[2]), gain[2]]])
-    np.testing.assert_allclose(good, np.column_stack([np.degrees(offset), gain])[worst_first])
-    np.testing.assert_allclose(colour, [3.0, 2.0, 1.0])
-    _, good, _ = points(plot_gain_offset(samples, order))
-    turn = np.exp(1j * order * offset) * gain
-    np.testing.assert_allclose(good, np.column_stack([turn.real, turn.imag])[worst_first])
+@pytest.fixture(scope="module")
+def over_two():
+    x = branin().space.from_unit(np.random.default_rng(0).random((15, 2)))
+    return GaussianProcess.fit(branin().space, x, branin().formula(x))
 
 
-def test_progress_is_normalised(samples):
-    ax = plot_cost_progress({"15 m/s": samples})
-    np.testing.assert_allclose(ax.lines[0].get_ydata(), [2.0 / 1.5, 0.0, np.nan, 1.0 / 1.5])
-    ax = plot_cost_progress({"15 m/s": samples}, least=True)
-    np.testing.assert_allclose(ax.lines[0].get_ydata(), [2.0 / 1.5, 0.0, 0.0, 0.0])
+def test_posterior_with_band_samples_and_truth(over_one, ax):
+    assert plot_posterior(over_one, truth=forrester().formula, label="f [-]", ax=ax) is ax
+    lines = {line.get_label(): line for line in ax.lines}
+    x, mean = lines["posterior mean"].get_data()
+    expected, std = over_one.predict(x[:, None])
+    np.testing.assert_allclose(mean, expected)
+    np.testing.assert_allclose(lines["samples"].get_ydata(), forrester().formula(LINE), atol=1e-9)
+    np.testing.assert_allclose(lines["function"].get_ydata(), forrester().formula(x[:, None]))
+    band = ax.collections[0].get_paths()[0].vertices
+    assert band[:, 1].max() == pytest.approx((expected + 2 * std).max())
+    assert band[:, 1].min() == pytest.approx((expected - 2 * std).min())
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x1", "f [-]")
 
 
-def test_figures_have_a_row_for_each_study(samples):
-    studies = {"7 m/s": samples, "25 m/s": samples}
-    figure = individual_pitch_figure(studies)
-    titles = [ax.get_title() for ax in figure.axes]
-    assert titles[:4] == ["7 m/s, 1P", "7 m/s, 2P", "25 m/s, 1P", "25 m/s, 2P"]
-    assert len(progress_figure(studies).axes) == 2
+def test_acquisition_and_the_chosen_point(over_one, ax):
+    assert plot_acquisition(over_one, lambda x: x[:, 0] ** 2, chosen=0.4, ax=ax) is ax
+    curve, chosen = ax.lines
+    np.testing.assert_allclose(curve.get_ydata(), curve.get_xdata() ** 2)
+    assert list(chosen.get_xdata()) == [0.4, 0.4]
 
 
-def test_tables_of_lowest_pitch():
-    table = MinimumPitchTable(wind_speed=[5.0, 14.0, 50.0], pitch=np.radians([0.0, 2.0, 90.0]))
-    ax = plot_pitch_tables({"tuned": table})
-    curve, marks = ax.lines
-    np.testing.assert_allclose(
-        curve.get_ydata(), np.degrees(table.lowest(np.asarray(curve.get_xdata())))
-    )
-    np.testing.assert_allclose(marks.get_xydata(), [[5.0, 0.0], [14.0, 2.0]])
-    assert pitch_tables_figure({"tuned": table}, title="t").axes[0].get_title() == "t"
+@pytest.mark.parametrize("show", ["mean", "std"])
+def test_design_space_with_its_samples(over_two, show, ax):
+    assert plot_design_space(over_two, show=show, label="cost [MN m]", ax=ax) is ax
+    points, outputs = over_two.samples
+    if show == "mean":
+        dots = ax.collections[-1]
+        np.testing.assert_allclose(dots.get_offsets(), points)
+        np.testing.assert_allclose(dots.get_array(), outputs)
+        assert dots.get_clim() == ax.collections[0].get_clim()
+    else:
+        np.testing.assert_allclose(ax.lines[0].get_xydata(), points)
+    bar = ax.figure.axes[-1]
+    named = {"mean": "cost [MN m]", "std": "standard deviation of cost [MN m]"}
+    assert bar.get_ylabel() == named[show]
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x1", "x2")
 
 
-def test_what_a_breakpoint_tried_and_its_gust():
-    tried = PitchSamples(
-        pitch=np.radians([1.0, 0.0, 2.0]),
-        cost=np.array([0.99, 1.0, 1.01]),
-        load=np.array([0.9, 1.0, 0.8]),
-        power=np.array([0.999, 1.0, 0.99]),
-    )
-    load, power, cost = plot_pitch_samples(tried).lines
-    np.testing.assert_allclose(cost.get_xdata(), [0.0, 1.0, 2.0])
-    np.testing.assert_allclose(cost.get_ydata(), [0.0, -1.0, 1.0], atol=1e-9)
-    np.testing.assert_allclose(load.get_ydata(), [0.0, -10.0, -20.0])
-    np.testing.assert_allclose(power.get_ydata(), [0.0, -0.1, -1.0])
+def test_axes_follow_the_scale_of_parameters(ax):
+    space = Space([Parameter(name="rate", low=0.01, high=10.0, scale="log")])
+    process = GaussianProcess.fit(space, [[0.01], [0.3], [10.0]], [1.0, 0.0, 2.0])
+    assert plot_posterior(process, ax=ax).get_xscale() == "log"
 
-    class Run(dict):
-        time = np.linspace(0.0, 200.0, 401)
 
-    bump = np.exp(-(((Run.time - 120.0) / 5.0) ** 2))
-    start_up = 9.0 * np.exp(-(((Run.time - 20.0) / 5.0) ** 2))
-    run = Run(
-        Wind1VelX=12.0 + bump, BldPitch1=0.1 * bump,
-        RootMyb1=1e6 * (bump + start_up), RootMyb2=2e6 * bump, RootMyb3=0.5e6 * bump,
-    )  # fmt: skip
-    figure = minimum_pitch_figure(tried, {"tuned": run})
-    moment = figure.axes[3]
-    assert "blade 2" in moment.get_ylabel()
-    x, y = moment.lines[0].get_xydata().T
-    assert (x.min(), x.max()) == (80.0, 160.0)
-    assert y.max() == pytest.approx(2.0)
+def test_other_numbers_of_parameters_are_refused(over_one, over_two):
+    with pytest.raises(InputError, match="got 2 parameters, expected 1"):
+        plot_posterior(over_two)
+    with pytest.raises(InputError, match="got 1 parameters, expected 2"):
+        plot_design_space(over_one)
+    with pytest.raises(InputError, match="show: got 'both', expected mean or std"):
+        plot_design_space(over_two, show="both")

@@ -14,7 +14,16 @@ from pitchopt.exports.records import records_csv
 from pitchopt.studies.tuning.tune import Tuned
 from pitchopt.tuning import Evaluation
 
-__all__ = ["comparison_document", "evaluation_record", "evaluations_csv", "tuned_document"]
+FIRST_FRESH = 1001
+"""First of the seeds that judge what was tuned: beyond those that anyone tunes with."""
+
+__all__ = [
+    "FIRST_FRESH",
+    "comparison_document",
+    "evaluation_record",
+    "evaluations_csv",
+    "tuned_document",
+]
 
 
 def tuned_document(tuned: Tuned) -> dict[str, Any]:

@@ -32,13 +32,14 @@ import numpy as np
 
 from pitchopt.checks import finite_number, whole_number
 from pitchopt.control import PitchActuator, TurbineController
+from pitchopt.errors import InputError
 from pitchopt.sim import DynamicTurbine, Operation, Simulation, simulate_many, statistics
 from pitchopt.sim.wind import Wind
 from pitchopt.studies.simulation import SimulationSettings, WindCase, wind_cases
 from pitchopt.turbines import Turbine, load_turbine
 from windfield import BoxCache
 
-__all__ = ["MEASURES", "PlantRun", "TuningPlant", "failure_of", "mean_measures"]
+__all__ = ["MEASURES", "PlantRun", "TuningPlant", "failure_of", "mean_measures", "plant_or_new"]
 
 MEASURES = ("power", "tower_load", "blade_load", "generator_speed", "flapwise_moment")
 """Names of what a run is judged by."""
@@ -93,6 +94,21 @@ class PlantRun:
             "generator_speed": found["GenSpeed"].largest,
             "flapwise_moment": max(found[name].largest for name in flapwise),
         }
+
+
+def plant_or_new(plant: TuningPlant | None, **settings: Any) -> TuningPlant:
+    """The given plant, or a new one.
+
+    Raises
+    ------
+    InputError
+        If what is given is no plant.
+    """
+    if plant is None:
+        return TuningPlant(**settings)
+    if not isinstance(plant, TuningPlant):
+        raise InputError(f"plant: got {type(plant).__name__}, expected a TuningPlant")
+    return plant
 
 
 def failure_of(runs: Iterable[PlantRun]) -> str | None:

@@ -41,7 +41,8 @@ N = TypeVar("N", int, float)
 def plain(value: Any) -> Any:
     """Numbers, names, lists and mappings of what is made of dataclasses and arrays."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+        names = [f.name for f in dataclasses.fields(value) if not f.name.startswith("_")]
+        return {name: plain(getattr(value, name)) for name in names}
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, np.ndarray):
@@ -79,6 +80,8 @@ class TuningProblem(ABC):
 
     name: ClassVar[str]
     """As the commands call it."""
+    shown: tuple[str, ...] = ()
+    """Measures that pictures draw beside the cost."""
 
     def __init__(
         self,
@@ -90,8 +93,6 @@ class TuningProblem(ABC):
         seeds: Sequence[int],
         base: TurbineController | None = None,
     ) -> None:
-        if not isinstance(plant, TuningPlant):
-            raise InputError(f"plant: got {type(plant).__name__}, expected a TuningPlant")
         self.plant = plant
         self.space = space
         self.start = space.point(start)
@@ -210,7 +211,7 @@ class TuningProblem(ABC):
         costs = [self.cost_of(part) for part in by_seed]
         return Outcome(
             cost=float(np.mean(costs)),
-            variance=variance_of_mean(costs, None if reference is None else reference.replicates),
+            variance=variance_of_mean(costs, costs if reference is None else reference.replicates),
             measures=self.measures_of(runs),
             replicates=tuple(costs),
         )
@@ -243,9 +244,13 @@ class TuningProblem(ABC):
             "plant": self.plant.document(),
         }
 
-    def tuner_options(self, method: str) -> dict[str, Any]:
-        """Settings of a tuner by its name; the paper's for ``zoo``, else what the tuner takes."""
-        return {"start": self.start} if method == "zoo" else {}
+    def tuner_options(self, method: str) -> dict[str, Any]:  # noqa: ARG002  for those that have
+        """Options of a tuner by its name, as `pitchopt.tuning.make_tuner` takes them.
+
+        The paper's for ``zoo``; none where the tuner's own serve.  With a ``start`` where a tuner
+        had better begin elsewhere than at the start that costs refer to.
+        """
+        return {}
 
 
 def _each_once(field: str, values: Sequence[N]) -> tuple[N, ...]:

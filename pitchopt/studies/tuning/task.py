@@ -9,22 +9,20 @@ from os import PathLike
 from typing import Any, Protocol
 
 from pitchopt.errors import InputError
-from pitchopt.studies.tuning.document import tuned_document
+from pitchopt.studies.tuning.document import FIRST_FRESH, tuned_document
+from pitchopt.studies.tuning.individual_pitch import IndividualPitchGains, individual_pitch_plant
+from pitchopt.studies.tuning.minimum_pitch_task import MinimumPitchTask
 from pitchopt.studies.tuning.plant import TuningPlant
 from pitchopt.studies.tuning.problem import TuningProblem
 from pitchopt.studies.tuning.speed_regulator import Load, SpeedRegulator
 from pitchopt.studies.tuning.torque_gain import TURBULENCE, TorqueGain
-from pitchopt.studies.tuning.tune import Tuned, tune
+from pitchopt.studies.tuning.tune import Progress, Tuned, tune
 from pitchopt.turbines import Turbine
 
 __all__ = ["PROBLEMS", "Task", "TaskResult", "fresh_gain", "make_task"]
 
 PROBLEMS = ("torque-gain", "speed-regulator", "minimum-pitch", "individual-pitch")
 """Names of the tuning problems."""
-_FIRST_FRESH = 1001
-"""First of the seeds that judge what was tuned: beyond those that anyone tunes with."""
-
-Progress = Callable[[int, int, str], None]
 
 
 class TaskResult(Protocol):
@@ -57,7 +55,7 @@ class Task(Protocol):
 
 def fresh_gain(problem: TuningProblem, best: Sequence[float], seeds: int) -> dict[str, float]:
     """Cost of start and best, and the gain, with seeds that no tuner saw."""
-    fresh = problem.with_seeds(range(_FIRST_FRESH, _FIRST_FRESH + seeds))
+    fresh = problem.with_seeds(range(FIRST_FRESH, FIRST_FRESH + seeds))
     start, found = fresh.reference.cost, fresh(best).cost
     return {
         "fresh_start_cost": start,
@@ -67,10 +65,18 @@ def fresh_gain(problem: TuningProblem, best: Sequence[float], seeds: int) -> dic
 
 
 class ProblemTask:
-    """Task of one problem with one space."""
+    """Task of one problem with one space.
 
-    def __init__(self, problem: TuningProblem) -> None:
+    Parameters
+    ----------
+    problem : TuningProblem
+    start : sequence of float, optional
+        Where tuners begin, if not where the problem proposes.
+    """
+
+    def __init__(self, problem: TuningProblem, start: Sequence[float] | None = None) -> None:
         self.problem = problem
+        self.start = None if start is None else problem.space.point(start)
 
     @property
     def name(self) -> str:
@@ -87,7 +93,8 @@ class ProblemTask:
     ) -> ProblemResult:
         """Tune the problem; every method finds it fresh."""
         problem = copy.copy(self.problem)
-        return ProblemResult(tune(problem, method, journal=journal, progress=progress, **settings))
+        settings = {"start": self.start, "journal": journal, "progress": progress, **settings}
+        return ProblemResult(tune(problem, method, **settings))
 
 
 class ProblemResult:
@@ -163,7 +170,6 @@ def make_task(
         for key, value in (
             ("wind_speeds", wind_speeds),
             ("seeds", seeds),
-            ("start", start),
         )
         if value is not None
     }
@@ -173,9 +179,32 @@ def make_task(
         if value is not None
     }
     problem: TuningProblem
-    if name == "torque-gain":
+    if name == "minimum-pitch":
+        fixed = {"wind_speeds": wind_speeds, "start": start, "bounds": bounds}
+        for field, own in fixed.items():
+            if own:
+                raise InputError(
+                    f"{field}: got {own!r} for minimum-pitch, expected none: breakpoints, first "
+                    "table and bounds come from the algorithm"
+                )
+        chosen: dict[str, Any] = {
+            k: v for k, v in (("kappa", kappa), ("seeds", seeds)) if v is not None
+        }
+        return MinimumPitchTask(TuningPlant(turbine, **plant), **chosen)
+    if name == "individual-pitch":
+        problem = IndividualPitchGains(individual_pitch_plant(turbine, **plant), **given)
+    elif name == "torque-gain":
+        if start is not None:
+            given["start"] = _one("start", start)
         problem = TorqueGain(TuningPlant(turbine, **{"turbulence": TURBULENCE, **plant}), **given)
     else:
+        given["start"] = start
         measure: Load = "flapwise_moment" if load == "blade" else "tower_load"
         problem = SpeedRegulator(TuningPlant(turbine, **plant), load=measure, **given)
-    return ProblemTask(problem.bounded(bounds) if bounds else problem)
+    return ProblemTask(problem.bounded(bounds) if bounds else problem, start)
+
+
+def _one(field: str, values: Sequence[float]) -> float:
+    if len(values) != 1:
+        raise InputError(f"{field}: got {len(values)} numbers, expected one")
+    return values[0]

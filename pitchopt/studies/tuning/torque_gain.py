@@ -24,7 +24,7 @@ import numpy as np
 
 from pitchopt.checks import FloatArray, finite_number
 from pitchopt.control import TurbineController
-from pitchopt.studies.tuning.plant import PlantRun, TuningPlant
+from pitchopt.studies.tuning.plant import PlantRun, TuningPlant, plant_or_new
 from pitchopt.studies.tuning.problem import TuningProblem
 from pitchopt.tuning import Parameter, Space
 
@@ -63,6 +63,7 @@ class TorqueGain(TuningProblem):
     """
 
     name: ClassVar[str] = "torque-gain"
+    shown = ("tower_load",)
 
     def __init__(
         self,
@@ -76,7 +77,7 @@ class TorqueGain(TuningProblem):
         scale: float = _SCALE,
     ) -> None:
         super().__init__(
-            TuningPlant(turbulence=TURBULENCE) if plant is None else plant,
+            plant_or_new(plant, turbulence=TURBULENCE),
             Space([Parameter(name="k_fact", low=_BOUNDS[0], high=_BOUNDS[1])]),
             [start],
             wind_speeds=wind_speeds,
@@ -117,7 +118,6 @@ class TorqueGain(TuningProblem):
         if method != "zoo":
             return super().tuner_options(method)
         return {
-            "start": self.start,
             "samples": 2,
             "stages": 7,
             "radius": 0.05,

@@ -9,6 +9,8 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from os import PathLike
 
+from numpy.typing import ArrayLike
+
 from pitchopt.studies.tuning.problem import TuningProblem
 from pitchopt.tuning import Evaluation, StudyResult, run_study
 from pitchopt.tuning.methods import make_tuner
@@ -62,6 +64,7 @@ def tune(
     problem: TuningProblem,
     method: str,
     *,
+    start: ArrayLike | None = None,
     evaluations: int | None = None,
     seed: int = 0,
     options: Mapping[str, object] | None = None,
@@ -79,6 +82,8 @@ def tune(
     problem : TuningProblem
     method : str
         One of `pitchopt.tuning.methods.METHODS`.
+    start : (d,) array_like, optional
+        Where the tuner begins; that of the problem's proposal or of the problem without.
     evaluations : int, optional
         At most so many.  Without, a tuner that the problem has settings for ends by itself, and
         others have `BUDGET` times the number of parameters.
@@ -97,12 +102,13 @@ def tune(
         See `run_study`; also if there is no such method or option, or the start cannot be judged.
     """
     began = time.perf_counter()
-    proposed = {k: v for k, v in problem.tuner_options(method).items() if k != "start"}
+    proposed = problem.tuner_options(method)
+    first = proposed.pop("start", problem.start)
     limit = BUDGET * len(problem.space) if evaluations is None else evaluations
     tuner = make_tuner(
         method,
         problem.space,
-        start=problem.start,
+        start=first if start is None else start,
         evaluations=limit,
         seed=seed,
         options=proposed | dict(options or {}),
@@ -126,7 +132,7 @@ def tune(
             progress=progress,
         )
     reference = problem.reference
-    start = Evaluation(
+    reference_point = Evaluation(
         index=-1,
         x=problem.start,
         cost=reference.cost,
@@ -138,7 +144,7 @@ def tune(
     return Tuned(
         problem=problem,
         method=method,
-        start=start,
+        start=reference_point,
         result=result,
         simulations=problem.simulations_in([e.x for e in result.evaluations]),
         seconds=time.perf_counter() - began,
