@@ -52,7 +52,11 @@ def main(argv=None):
         omega = plant.operation.start(speed).rotor_speed
         for n in (1, 2):
             measured = fixed_frame_response(
-                plant.dynamic, speed, order=n, operation=plant.operation
+                plant.dynamic,
+                speed,
+                order=n,
+                settling=10.0 if args.quick else 60.0,
+                operation=plant.operation,
             ).decoupling_offset
             print(
                 f"  {n}P: gain {gain[n - 1] / problem.space.upper[0]:.2f} of the largest, offset "
