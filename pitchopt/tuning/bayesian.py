@@ -38,7 +38,7 @@ from pitchopt.tuning.evaluations import Best, Candidate, Evaluation
 from pitchopt.tuning.likelihood import Criterion
 from pitchopt.tuning.quasi_random import sobol
 from pitchopt.tuning.space import Space
-from pitchopt.tuning.surrogates import Surrogates, Weighed, surrogates_of
+from pitchopt.tuning.surrogates import Noise, Surrogates, Weighed, surrogates_of
 from pitchopt.tuning.tuner import Proposal, Tuner
 
 __all__ = ["Bayesian"]
@@ -63,6 +63,10 @@ class Bayesian(Tuner):
     covariance : {"squared-exponential", "matern"}
     hyperparameters : {"map", "ml"}
         With priors or by likelihood alone.
+    noise : {"told", "fitted"}
+        Whether variances that are told count beside the fitted nugget.  Where they are of what is
+        the same at every evaluation of a point, as with common random numbers, they had better
+        not: sampling again teaches nothing.
     confidence : float
         Deviations below the mean that the confidence bound lies.
 
@@ -84,6 +88,7 @@ class Bayesian(Tuner):
         acquisition: AcquisitionName = "log-expected-improvement",
         covariance: CovarianceName = "squared-exponential",
         hyperparameters: Criterion = "map",
+        noise: Noise = "told",
         confidence: float = 2.0,
     ) -> None:
         super().__init__(space, seed=seed)
@@ -104,7 +109,10 @@ class Bayesian(Tuner):
             )
         if hyperparameters not in get_args(Criterion):
             raise InputError(f"hyperparameters: got {hyperparameters!r}, expected ml or map")
+        if noise not in get_args(Noise):
+            raise InputError(f"noise: got {noise!r}, expected told or fitted")
         self.acquisition, self.hyperparameters = acquisition, hyperparameters
+        self.noise: Noise = noise
         self.covariance = covariance_named(covariance).name
         self.confidence = finite_number("confidence", confidence, at_least=0.0)
         self._last: tuple[int, Mapping[str, object]] | None = None
@@ -120,6 +128,7 @@ class Bayesian(Tuner):
             "acquisition": self.acquisition,
             "covariance": self.covariance,
             "hyperparameters": self.hyperparameters,
+            "noise": self.noise,
             "confidence": self.confidence,
         }
 
@@ -163,6 +172,7 @@ class Bayesian(Tuner):
                 self._evaluations,
                 covariance=self.covariance,
                 criterion=self.hyperparameters,
+                noise=self.noise,
                 seed=self.seed,
                 known=document if same else None,
                 begin=document,

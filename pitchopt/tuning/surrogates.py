@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -24,7 +25,9 @@ from pitchopt.tuning.gaussian_process import GaussianProcess
 from pitchopt.tuning.likelihood import Criterion
 from pitchopt.tuning.space import Space
 
-__all__ = ["Surrogates", "Weighed", "surrogates_of"]
+__all__ = ["Noise", "Surrogates", "Weighed", "surrogates_of"]
+
+Noise = Literal["told", "fitted"]
 
 _MANY = 40  # samples from which a fit starts where the last one ended and at the priors' centre
 _STARTS = 4
@@ -131,6 +134,7 @@ def surrogates_of(
     *,
     covariance: CovarianceName,
     criterion: Criterion,
+    noise: Noise,
     seed: int,
     known: Mapping[str, object] | None = None,
     begin: Mapping[str, object] | None = None,
@@ -143,6 +147,8 @@ def surrogates_of(
     evaluations : sequence of Evaluation
     covariance, criterion
         See `GaussianProcess.fit`.
+    noise : {"told", "fitted"}
+        Whether the variances of the evaluations count beside the nugget.
     seed : int
     known : mapping, optional
         Hyperparameters of all processes, as `Surrogates.document` has them: nothing is fitted.
@@ -186,7 +192,7 @@ def surrogates_of(
         "cost",
         x,
         np.array([e.cost for e in good]),
-        np.array([e.variance or 0.0 for e in good]),
+        np.array([e.variance or 0.0 for e in good]) if noise == "told" else None,
     )
     counts = sorted({len(e.constraints) for e in good})
     if len(counts) > 1:

@@ -180,7 +180,9 @@ class IndividualPitchGains(TuningProblem):
 
     def tuner_options(self, method: str) -> dict[str, Any]:
         """Start of a zeroth-order tuner from the handbook's design."""
-        return {"start": self.handbook} if method == "zoo" else {}
+        if method == "zoo":
+            return {"start": self.handbook}
+        return super().tuner_options(method)
 
 
 def _largest_gain(plant: TuningPlant, wind_speed: float) -> float:

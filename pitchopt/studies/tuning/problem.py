@@ -244,13 +244,14 @@ class TuningProblem(ABC):
             "plant": self.plant.document(),
         }
 
-    def tuner_options(self, method: str) -> dict[str, Any]:  # noqa: ARG002  for those that have
+    def tuner_options(self, method: str) -> dict[str, Any]:
         """Options of a tuner by its name, as `pitchopt.tuning.make_tuner` takes them.
 
         The paper's for ``zoo``; none where the tuner's own serve.  With a ``start`` where a tuner
-        had better begin elsewhere than at the start that costs refer to.
+        had better begin elsewhere than at the start that costs refer to.  In common winds a point
+        costs the same whenever it is evaluated, so the Bayesian tuner takes no variance as noise.
         """
-        return {}
+        return {"noise": "fitted"} if method == "bayes" else {}
 
 
 def _each_once(field: str, values: Sequence[N]) -> tuple[N, ...]:
