@@ -25,7 +25,7 @@ import math
 from typing import Literal
 
 import numpy as np
-from scipy.special import erfcx, log_ndtr, logsumexp, ndtr, ndtri
+from scipy.special import erfcx, log_ndtr, logsumexp, ndtr, ndtri, softmax
 
 from pitchopt.checks import FloatArray
 from pitchopt.tuning.covariance import Hyperparameters
@@ -67,19 +67,33 @@ def log_improvement(z: FloatArray) -> FloatArray:
     below by h = phi / z^2 (1 - 3 / z^2 + 15 / z^4 - ...).
     """
     z = np.asarray(z, dtype=np.float64)
-    near, middle = np.maximum(z, -1.0), np.clip(z, _FAR, -1.0)
-    density = np.exp(-0.5 * near**2 - _LOG_ROOT_TWO_PI)
-    direct = np.log(density + near * ndtr(near))
-    ratio = -middle * math.sqrt(0.5 * math.pi) * erfcx(-middle / math.sqrt(2.0))
-    scaled = -0.5 * middle**2 - _LOG_ROOT_TWO_PI + np.log1p(-ratio)
-    far = np.minimum(z, _FAR)
-    series = (
-        -0.5 * far**2
-        - _LOG_ROOT_TWO_PI
-        - 2.0 * np.log(-far)
-        + np.log1p(-3.0 / far**2 + 15.0 / far**4)
-    )
-    return np.where(z > -1.0, direct, np.where(z > _FAR, scaled, series))
+    near = np.maximum(z, -1.0)
+    direct = np.log(np.exp(-0.5 * near**2 - _LOG_ROOT_TWO_PI) + near * ndtr(near))
+    tail = np.minimum(z, -1.0)
+    density = -0.5 * tail**2 - _LOG_ROOT_TWO_PI
+    return np.where(z > -1.0, direct, density + _log_of_density(tail))
+
+
+def _log_of_density(z: FloatArray) -> FloatArray:
+    """log (h / phi) at z of at most -1."""
+    middle, far = np.maximum(z, _FAR), np.minimum(z, _FAR)
+    scaled = np.log1p(middle * _mills(middle))
+    series = -2.0 * np.log(-far) + np.log1p(-3.0 / far**2 + 15.0 / far**4)
+    return np.where(z > _FAR, scaled, series)
+
+
+def _mills(z: FloatArray) -> FloatArray:
+    """Phi / phi at z of at most 0."""
+    return np.asarray(math.sqrt(0.5 * math.pi) * erfcx(-z / math.sqrt(2.0)))
+
+
+def _shares(z: FloatArray, log_h: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Phi / h and phi / h, without differences of large logarithms in the tail."""
+    close, near, tail = z > -1.0, np.maximum(z, -1.0), np.minimum(z, -1.0)
+    over = np.exp(-np.where(close, log_h, 0.0))
+    density = np.exp(-0.5 * near**2 - _LOG_ROOT_TWO_PI) * over
+    far = np.exp(-_log_of_density(tail))
+    return np.where(close, ndtr(near) * over, far * _mills(tail)), np.where(close, density, far)
 
 
 class _OfMoments:
@@ -138,9 +152,8 @@ class LogExpectedImprovement(_Improvement):
     def _of(self, mean: FloatArray, std: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         z = (self.best - mean) / std
         log_h = log_improvement(z)
-        by_mean = -np.exp(log_ndtr(z) - log_h) / std
-        by_std = np.exp(-0.5 * z**2 - _LOG_ROOT_TWO_PI - log_h) / std
-        return np.log(std) + log_h, by_mean, by_std
+        probability, density = _shares(z, log_h)
+        return np.log(std) + log_h, -probability / std, density / std
 
 
 class ProbabilityOfImprovement(_Improvement):
@@ -149,7 +162,9 @@ class ProbabilityOfImprovement(_Improvement):
     def _of(self, mean: FloatArray, std: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         z = (self.best - mean) / std
         value = log_ndtr(z)
-        hazard = np.exp(-0.5 * z**2 - _LOG_ROOT_TWO_PI - value)
+        likely = np.maximum(z, 0.0)
+        density = np.exp(-0.5 * likely**2 - _LOG_ROOT_TWO_PI)
+        hazard = np.where(z > 0.0, density / ndtr(likely), 1.0 / _mills(np.minimum(z, 0.0)))
         return value, -hazard / std, -hazard * z / std
 
 
@@ -217,26 +232,29 @@ class NoisyExpectedImprovement:
         """Values (m,)."""
         k = self._kriging.cross(u)
         std = np.sqrt(self._kriging.variances(k))
-        return self._logarithms(k, std)[1]
+        return self._logarithms(k, std)[2]
 
     def gradients(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values (m,) and gradients (m, d)."""
         k = self._kriging.cross(u)
         std = np.sqrt(self._kriging.variances(k))
-        z, value = self._logarithms(k, std)
-        total = value[:, None] + math.log(z.shape[1])
-        by_mean = -np.exp(log_ndtr(z) - total)
-        by_std = np.exp(-0.5 * z**2 - _LOG_ROOT_TWO_PI - total).sum(axis=1)
+        z, log_h, value = self._logarithms(k, std)
+        probability, density = _shares(z, log_h)
+        weights = softmax(log_h, axis=1)
+        by_mean = -weights * probability / std[:, None]
+        by_std = (weights * density).sum(axis=1) / std
         coefficients = by_mean @ self._weights.T
         coefficients += (0.5 * by_std / std)[:, None] * self._kriging.variance_coefficients(k)
         return value, self._kriging.pulled(u, coefficients)[0]
 
-    def _logarithms(self, k: FloatArray, std: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Scaled improvements z (m, draws) and the logarithm of the mean improvement (m,)."""
+    def _logarithms(
+        self, k: FloatArray, std: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Scaled improvements z (m, draws), log h(z), and that of the mean improvement (m,)."""
         mean = self._constant + k @ self._weights
         z = (self._best - mean) / std[:, None]
-        each = logsumexp(log_improvement(z), axis=1) - math.log(z.shape[1])
-        return z, np.log(std) + each
+        log_h = log_improvement(z)
+        return z, log_h, np.log(std) + logsumexp(log_h, axis=1) - math.log(z.shape[1])
 
 
 class ThompsonSample:

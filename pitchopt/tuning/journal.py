@@ -313,13 +313,14 @@ class Journal:
     def _writing(self) -> Iterator[None]:
         """One transaction, whole or not at all."""
         with self._errors():
-            self._database.execute("begin immediate")
             try:
+                self._database.execute("begin immediate")
                 yield
+                self._database.execute("commit")
             except BaseException:
-                self._database.execute("rollback")
+                if self._database.in_transaction:  # a full disk may have ended it
+                    self._database.execute("rollback")
                 raise
-            self._database.execute("commit")
 
     @contextmanager
     def _errors(self) -> Iterator[None]:

@@ -48,7 +48,7 @@ def factorised(matrix: FloatArray) -> FloatArray:
         if not jitter <= largest:
             raise ComputationError("the covariance matrix of the samples is not positive definite")
         factor, failed = lapack.dpotrf(matrix + jitter * np.eye(len(matrix)), lower=1)
-    return np.tril(factor)
+    return np.asarray(factor)  # zero above the diagonal
 
 
 class Kriging:

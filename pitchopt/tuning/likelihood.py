@@ -77,8 +77,9 @@ class Likelihood:
     ) -> None:
         self._covariance, self._y, self._noise = covariance, y, noise
         self.groups = int(groups.max()) + 1
-        self._upper = np.triu_indices(len(y), 1)
-        squares = (features[self._upper[0]] - features[self._upper[1]]) ** 2
+        first, second = np.triu_indices(len(y), 1)
+        self._places = first * len(y) + second  # of pairs in a flat matrix
+        squares = (features[first] - features[second]) ** 2
         self._squares = np.stack(
             [squares[:, groups == group].sum(axis=1) for group in range(self.groups)]
         )
@@ -91,12 +92,13 @@ class Likelihood:
         pairs = variance * self._covariance.value(distance)
         count = len(self._y)
         matrix = np.zeros((count, count))
-        matrix[self._upper] = pairs
+        matrix.ravel()[self._places] = pairs
         matrix += matrix.T
-        matrix[np.diag_indices(count)] = variance * (1.0 + nugget) + self._noise
+        matrix.ravel()[:: count + 1] = variance * (1.0 + nugget) + self._noise
         factor = factorised(matrix)
-        inverse, _ = lapack.dpotri(factor, lower=1)
-        inverse = np.tril(inverse) + np.tril(inverse, -1).T
+        lower, _ = lapack.dpotri(factor, lower=1)
+        inverse = lower + lower.T  # the diagonal twice
+        inverse.ravel()[:: count + 1] *= 0.5
         ones = inverse.sum(axis=1)
         residual = self._y - ones @ self._y / ones.sum()
         a = inverse @ residual
@@ -106,7 +108,7 @@ class Likelihood:
             - 0.5 * count * math.log(2.0 * math.pi)
         )
         diagonal = a * a - np.diag(inverse)
-        off = a[self._upper[0]] * a[self._upper[1]] - inverse[self._upper]
+        off = (np.outer(a, a) - inverse).take(self._places)
         slope = variance * self._covariance.slope(distance)
         lengths = -2.0 * rates * (self._squares @ (off * slope))
         of_variance = off @ pairs + 0.5 * variance * (1.0 + nugget) * diagonal.sum()

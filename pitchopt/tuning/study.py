@@ -21,7 +21,7 @@ from concurrent.futures import (
     Future,
     wait,
 )
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from os import PathLike
 from typing import Any, NamedTuple
@@ -151,8 +151,8 @@ def run_study(
     finally:
         crew.close()
         if book is not None:
-            book.release()
-            book.close()
+            with book, suppress(InputError):  # which would hide what ended the study
+                book.release()
     return StudyResult(
         tuner=tuner,
         evaluations=tuner.evaluations,

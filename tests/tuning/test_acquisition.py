@@ -117,6 +117,18 @@ def test_logarithm_of_improvement_has_no_steps_where_its_branches_meet():
     np.testing.assert_allclose(np.exp(log_improvement(z)), direct, rtol=1e-9)
 
 
+@pytest.mark.parametrize("z", [-1e5, -1e7, -1e9, -1e12])
+def test_slopes_far_in_the_tail(z):
+    # Phi / phi = 1 / |z| (1 - 1 / z^2 + ...), h / phi = 1 / z^2 (1 - 3 / z^2 + ...)
+    mean, std = np.array([-z]), np.array([1.0])
+    _, by_mean, by_std = LogExpectedImprovement(process_of(), 0.0)._of(mean, std)
+    assert by_mean[0] == pytest.approx(z, rel=1e-9)
+    assert by_std[0] == pytest.approx(z * z, rel=1e-9)
+    _, by_mean, by_std = ProbabilityOfImprovement(process_of(), 0.0)._of(mean, std)
+    assert by_mean[0] == pytest.approx(z, rel=1e-9)
+    assert by_std[0] == pytest.approx(z * z, rel=1e-9)
+
+
 def test_closed_forms_against_the_integral_over_the_posterior():
     process = process_of()
     u = np.random.default_rng(4).random((5, len(SPACE)))

@@ -237,6 +237,58 @@ def test_paths_that_cannot_be(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_full_disk_is_one_error_and_loses_nothing(tmp_path, monkeypatch):
+    path = tmp_path / "study.sqlite"
+    connect = sqlite3.connect
+
+    def limited(*args, **options):
+        database = connect(*args, **options)
+        database.execute("pragma max_page_count=12")
+        return database
+
+    def wide(x):
+        return Outcome(cost=bowl(x), measures={f"m{k}": np.pi * k for k in range(60)})
+
+    whole = run_study(wide, RandomWalk(seed=1), evaluations=30)
+    told = []
+    with monkeypatch.context() as patch:
+        patch.setattr(sqlite3, "connect", limited)
+        with pytest.raises(InputError, match="database or disk is full"):
+            run_study(
+                wide, RandomWalk(seed=1), evaluations=30, journal=path, on_result=told.append
+            )
+    assert 3 < len(told) < 30
+    with Journal(path) as journal:
+        same(journal.evaluations(), told)
+    result = run_study(wide, RandomWalk(seed=1), evaluations=30, journal=path)
+    assert result.evaluated == 30 - len(told)
+    same(result.evaluations, whole.evaluations)
+
+
+@pytest.mark.parametrize("statement", ["begin", "insert into candidates", "insert or", "commit"])
+def test_interrupt_inside_a_transaction_leaves_the_journal_whole(statement, tmp_path, monkeypatch):
+    path = tmp_path / "study.sqlite"
+    connect, seen = sqlite3.connect, []
+
+    class Interrupted(sqlite3.Connection):
+        def execute(self, query, *values):
+            done = super().execute(query, *values)
+            if query.startswith(statement):
+                seen.append(query)
+                if len(seen) == 9:
+                    raise KeyboardInterrupt
+            return done
+
+    with monkeypatch.context() as patch:
+        patch.setattr(sqlite3, "connect", lambda *a, **k: connect(*a, factory=Interrupted, **k))
+        with pytest.raises(KeyboardInterrupt):
+            run_study(bowl, RandomWalk(seed=1), evaluations=20, journal=path)
+    whole = run_study(bowl, RandomWalk(seed=1), evaluations=20)
+    result = run_study(bowl, RandomWalk(seed=1), evaluations=20, journal=path)
+    assert 0 < result.evaluated < 20
+    same(result.evaluations, whole.evaluations)
+
+
 METHODS = ("random-walk", *TUNERS)
 KILLS = 50
 
