@@ -17,7 +17,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-__all__ = ["SEED", "Report", "exponent", "options", "problem_of", "rounded"]
+__all__ = ["SEED", "Report", "exponent", "finished", "options", "problem_of", "rounded"]
 
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[_name] = "1"
@@ -106,6 +106,14 @@ class Report:
         part = self._out.with_name(self._out.name + ".part")
         part.write_text("\n".join(self._lines) + "\n", encoding="utf-8")
         part.replace(self._out)
+
+
+def finished(out: Path | None, measurement: str) -> list[str]:
+    """Lines of one kind in the file of an earlier run, to go on from; none where there is none."""
+    if out is None or not out.is_file():
+        return []
+    lines = out.read_text(encoding="utf-8").splitlines()
+    return [line for line in lines if json.loads(line)["measurement"] == measurement]
 
 
 def problem_of(positions: int, elements: int, case: str = "biegel2011") -> tuple[Any, Any]:

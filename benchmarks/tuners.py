@@ -245,7 +245,7 @@ def main(argv: list[str] | None = None) -> int:
     args = parser.parse_args(argv)
     if args.quick:
         args.seeds = 2
-    kept = finished_runs(args.out)
+    kept = _harness.finished(args.out, "run")
     report = _harness.Report("tuners", quick=args.quick, out=args.out, kept=kept)
     runs = [json.loads(line) for line in kept]
     done = {(r["function"], r["noise"], r["tool"], r["run"]) for r in runs}
@@ -284,14 +284,6 @@ def main(argv: list[str] | None = None) -> int:
         )
     report.close()
     return 0
-
-
-def finished_runs(out: Path | None) -> list[str]:
-    """Lines of an earlier run's single runs; what sums them up is made again."""
-    if out is None or not out.is_file():
-        return []
-    lines = out.read_text(encoding="utf-8").splitlines()
-    return [line for line in lines if json.loads(line)["measurement"] == "run"]
 
 
 if __name__ == "__main__":

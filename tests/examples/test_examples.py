@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import sys
 from pathlib import Path
 
 import pytest
@@ -39,6 +40,7 @@ WRITES = {
     "16_steady_curves": ["16_steady_curves.png"],
     "17_learning_on_the_turbine": ["17_flexible.png", "17_rigid.png", "17_turbulent.png"],
     "18_campbell": ["18_campbell.png"],
+    "19_bayesian_steps": ["19_design_space.png", "19_steps.png"],
     "20_tune_speed_regulator": ["20_design_space.png", "20_samples.png", "20_series.png"],
     "21_torque_gain": ["21_8_alone.png", "21_three_winds.png", "21_torque.png"],
     "22_tune_individual_pitch": [
@@ -47,8 +49,18 @@ WRITES = {
         "22_samples_rectangular.png",
     ],
     "23_minimum_pitch": ["23_nrel-5mw_breakpoint.png", "23_nrel-5mw_tables.png"],
-    "19_bayesian_steps": ["19_design_space.png", "19_steps.png"],
+    "24_grid_comparison": ["24_comparison.png"],
+    "25_sequence": ["25_checks.png", "25_lowest_pitch.png"],
+    "26_dask_cluster": ["26_evaluations.csv", "26_study.sqlite"],
 }
+NEEDS = {"26_dask_cluster": "distributed"}
+
+
+def load(path):
+    spec = importlib.util.spec_from_file_location(f"example_{path.stem}", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 def test_every_example_is_listed():
@@ -57,14 +69,30 @@ def test_every_example_is_listed():
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_example(path, tmp_path, monkeypatch, capsys):
+    if path.stem in NEEDS:
+        pytest.importorskip(NEEDS[path.stem], reason="comes with an extra")
     monkeypatch.chdir(tmp_path)
-    spec = importlib.util.spec_from_file_location(f"example_{path.stem}", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    module.main(["out", "--quick"])
+    load(path).main(["out", "--quick"])
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == WRITES[path.stem]
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
     text = capsys.readouterr().out
     assert text.strip()
     for word in ("infeasible", "failed", "iteration limit"):
         assert word not in text
+
+
+def test_cluster_that_loses_a_worker_ends_with_the_same_table(tmp_path, capsys):
+    pytest.importorskip("distributed", reason="comes with an extra")
+    module = load(FOLDER / "26_dask_cluster.py")
+    assert module.main([str(tmp_path), "--quick", "--lose-a-worker"]) == 0
+    text = capsys.readouterr().out
+    assert "killed midway" in text and "both tables are the same" in text
+
+
+def test_cluster_without_dask_says_what_to_install(tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(SystemExit) as end:
+        load(FOLDER / "26_dask_cluster.py").main([str(tmp_path / "out"), "--quick"])
+    assert end.value.code == 1
+    assert capsys.readouterr().err == "Dask is not installed: pip install 'pitchopt[dask]'\n"
+    assert not (tmp_path / "out").exists()
