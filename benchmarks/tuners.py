@@ -24,7 +24,6 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import metadata, util
-from pathlib import Path
 from typing import Any
 
 import _harness
