@@ -81,6 +81,7 @@ class Progress:
                 bar_format="{desc} |{bar:30}| {n_fmt}/{total_fmt} [{elapsed}<{remaining}]",
             )
         self._bar.set_description_str(f"{label:<16.16}", refresh=False)
+        self._bar.total = total  # of one study after another
         self._bar.update(done - self._bar.n)
 
 

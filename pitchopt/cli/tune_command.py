@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -103,8 +103,9 @@ def _study_options(function: Any) -> Any:
             ),
             click.option(
                 "--journal", metavar="FILE|DIR",
-                help="Where studies are kept and taken up: a file for one, else a folder.  "
-                "[default: in the folder of --out]",
+                help="Where studies are kept and taken up: a file for one, else a folder that is "
+                "there; each breakpoint of minimum-pitch has a file of its own beside it.  "
+                "[default: in the folder of --out; none with --json without --out]",
             ),
         ]
     ):  # fmt: skip
@@ -198,18 +199,21 @@ def command(**options: Any) -> int:
         for task in [make_task(name, options["turbine"], **_task_settings(options))]
         for method in dict.fromkeys(options["methods"])
     ]
+    for task, method in tasks:
+        task.check(method, **_tuner_settings(options))
     as_json = options["as_json"]
     name = options["turbine"] if len(tasks) > 1 else f"{tasks[0][0].name}-{options['turbine']}"
     folder = output.out_folder(options["out"], "tune", Path(name).stem, as_json=as_json)
     journals = _journals(options["journal"], folder, many=len(tasks) > 1)
     documents, figures = [], {}
     with Progress(compiled="the time loop") as progress:
-        for task, method in tasks:
+        for place, (task, method) in enumerate(tasks, start=1):
+            label = f"{place}/{len(tasks)} {method}" if len(tasks) > 1 else method
             start = time.perf_counter()
             done = task.tune(
                 method,
                 journal=journals(task, method),
-                progress=progress,
+                progress=lambda done, total, _, label=label: progress(done, total, label),
                 **_tuner_settings(options),
             )
             found = done.document(check_seeds=options["check_seeds"])
@@ -239,7 +243,7 @@ def _task_settings(options: Mapping[str, Any]) -> dict[str, Any]:
     return {
         **{name: options[name] for name in names},
         "wind_speeds": tuple(speeds) or None,
-        "bounds": dict(options["bounds"]),
+        "bounds": _by_name("--bounds", options["bounds"]),
         "workers": options["workers"] or os.cpu_count() or 1,
         "cache": box_cache(options),
     }
@@ -249,10 +253,18 @@ def _tuner_settings(options: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "evaluations": options["evaluations"],
         "seed": options["seed"],
-        "options": dict(options["tuner_options"]),
+        "options": _by_name("--option", options["tuner_options"]),
         "parallel": options["parallel"],
         "timeout": options["timeout"],
     }
+
+
+def _by_name(option: str, pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    names = [name for name, _ in pairs]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{option}: got {name} twice, expected each name once")
+    return dict(pairs)
 
 
 def _journals(
@@ -261,13 +273,14 @@ def _journals(
     """Where the study of a task and a method is kept."""
     if given is None and folder is None:
         return lambda task, method: None  # noqa: ARG005
-    if given is not None and not many and not Path(given).is_dir():
+    if given is not None and not many and not Path(given).is_dir() and given[-1:] != os.sep:
         return lambda task, method: Path(given)  # noqa: ARG005
     place = Path(given) if given is not None else folder
     assert place is not None
     if given is not None and not place.is_dir():
         raise InputError(
-            f"--journal: got {given!r}, expected a folder that is there, for several studies"
+            f"--journal: got {given!r}, expected a folder that is there"
+            + (", for several studies" if many else "")
         )
     place.mkdir(parents=True, exist_ok=True)
     return lambda task, method: place / f"{task.name}-{method}.sqlite"

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pitchopt.exports.records import records_csv
+from pitchopt.studies.tuning.guidelines import agreement
 from pitchopt.studies.tuning.tune import Tuned
 from pitchopt.tuning import Evaluation
 
@@ -19,6 +20,7 @@ FIRST_FRESH = 1001
 
 __all__ = [
     "FIRST_FRESH",
+    "agreement_record",
     "comparison_document",
     "evaluation_record",
     "evaluations_csv",
@@ -47,6 +49,34 @@ def tuned_document(tuned: Tuned) -> dict[str, Any]:
     }
 
 
+def agreement_record(tuned: Tuned) -> dict[str, Any]:
+    """The closing check by kriging as ``agreement``, for the tuners and spaces that it is for.
+
+    Those are the zeroth-order and the Bayesian tuner with one or two parameters.  The minimum of
+    kriging is simulated for it, which ``simulations`` leaves out.
+    """
+    good = {tuple(e.x) for e in tuned.result.evaluations if e.status == "ok"}
+    space = tuned.problem.space
+    if tuned.method not in ("zoo", "bayes") or len(space) > 2 or len(good) <= len(space) + 1:
+        return {}
+    found = agreement(
+        space,
+        tuned.result.evaluations,
+        tuned.best,
+        tuned.start,
+        lambda x: tuned.problem(x).cost,
+    )
+    return {
+        "agreement": {
+            "agrees": found.agrees,
+            "x": found.kriging.tolist(),
+            "gap": found.gap if math.isfinite(found.gap) else None,
+            "tolerance": found.tolerance,
+            "distance": found.distance,
+        }
+    }
+
+
 def comparison_document(studies: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Several studies and one table of them, best gain of each problem first."""
     keys = ("problem", "method", "turbine", "gain", "fresh_gain", "simulations", "seconds")
@@ -57,6 +87,7 @@ def comparison_document(studies: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
             "start_cost": study["start"]["cost"],
             "best_cost": study["best"]["cost"],
             "best_x": study["best"]["x"],
+            "parameters": study["parameters"],
         }
         for study in studies
     ]

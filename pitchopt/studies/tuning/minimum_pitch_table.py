@@ -217,6 +217,11 @@ class TableRuns:
         self.plant, self.base, self.seeds = plant, base, tuple(seeds)
         self._known: dict[tuple[object, float], list[Peaks]] = {}
 
+    @property
+    def simulations(self) -> int:
+        """Made so far."""
+        return len(self._known) * len(self.seeds)
+
     def peaks(self, table: MinimumPitchTable | None, wind_speed: float) -> list[Peaks]:
         """Of each seed at a wind speed [m/s].
 

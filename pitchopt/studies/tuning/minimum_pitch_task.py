@@ -35,7 +35,7 @@ from pitchopt.studies.tuning.minimum_pitch_table import (
     tune_minimum_pitch,
 )
 from pitchopt.studies.tuning.plant import TuningPlant
-from pitchopt.studies.tuning.tune import Progress, tune
+from pitchopt.studies.tuning.tune import Progress, tune, tuner_for
 
 __all__ = ["MinimumPitchTask", "MinimumPitchTuned"]
 
@@ -72,6 +72,12 @@ class MinimumPitchTask:
             raise InputError(f"kappa: got {self.kappa}, expected at least one, each once")
         self.seeds = tuple(seeds)
         self.table = initial_table(plant)
+
+    def check(self, method: str, **settings: Any) -> None:
+        """See `pitchopt.studies.tuning.Task`; by the first breakpoint."""
+        own = ("evaluations", "seed", "options")
+        chosen = {name: settings[name] for name in own if name in settings}
+        tuner_for(MinimumPitch(self.plant, self.table, 1, seed=self.seeds[0]), method, **chosen)
 
     def tune(
         self,
@@ -112,8 +118,16 @@ class MinimumPitchTask:
                     runs=runs,
                 )
             )
+        rounds = [one for result in found for b in result.breakpoints for one in b.rounds]
+        tuning = sum(
+            one.problem.simulations_in([e.x for e in one.study.evaluations]) for one in rounds
+        )
         return MinimumPitchTuned(
-            task=self, method=method, family=tuple(found), settings=dict(settings)
+            task=self,
+            method=method,
+            family=tuple(found),
+            settings=dict(settings),
+            simulations=runs.simulations + tuning,
         )
 
 
@@ -133,12 +147,15 @@ class MinimumPitchTuned:
     family : tuple of MinimumPitchResult
     settings : dict
         Of the tuner.
+    simulations : int
+        Of the whole family, those of earlier runs that journals kept included.
     """
 
     task: MinimumPitchTask
     method: str
     family: tuple[MinimumPitchResult, ...]
     settings: dict[str, Any]
+    simulations: int
 
     def document(self, *, check_seeds: int | None = None) -> dict[str, Any]:
         """Plain data: that of the first kappa, and the family in short.
@@ -165,7 +182,7 @@ class MinimumPitchTuned:
             "start": _point(first, first.initial.pitch, first.with_initial),
             "best": _point(first, first.table.pitch, first.with_table),
             "evaluations": _evaluations(first),
-            "simulations": sum(result.simulations for result in self.family),
+            "simulations": self.simulations,
         }
         document["gain"] = 1.0 - document["best"]["cost"]
         document["family"] = [_result(result) for result in self.family]

@@ -33,7 +33,7 @@ from pitchopt.tuning import Outcome, Space, variance_of_mean
 if TYPE_CHECKING:
     from typing import Self
 
-__all__ = ["TuningProblem", "plain"]
+__all__ = ["TuningProblem", "plain", "start_within"]
 
 N = TypeVar("N", int, float)
 
@@ -95,7 +95,7 @@ class TuningProblem(ABC):
     ) -> None:
         self.plant = plant
         self.space = space
-        self.start = space.point(start)
+        self.start = start_within(space, start)
         self.wind_speeds = _each_once(
             "wind_speeds", finite_array("wind_speeds", wind_speeds).tolist()
         )
@@ -108,6 +108,14 @@ class TuningProblem(ABC):
         self.reference  # noqa: B018  (evaluated once, here, and not by each process it goes to)
         return {name: value for name, value in self.__dict__.items() if name != "_lock"}
 
+    def __copy__(self) -> Self:
+        """Copy that has evaluated nothing yet."""
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        other._lock = threading.Lock()
+        other._reference = None
+        return other
+
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self._lock = threading.Lock()
@@ -119,28 +127,30 @@ class TuningProblem(ABC):
 
     def with_seeds(self, seeds: Sequence[int]) -> Self:
         """The same problem in other winds."""
-        other = self._fresh()
+        other = copy.copy(self)
         other.seeds = _each_once("seeds", [whole_number("seeds", s, at_least=0) for s in seeds])
         return other
 
-    def bounded(self, bounds: Mapping[str, tuple[float, float]]) -> Self:
+    def bounded(
+        self, bounds: Mapping[str, tuple[float, float]], *, start: ArrayLike | None = None
+    ) -> Self:
         """The same problem with other bounds of parameters by name, in SI units.
+
+        Parameters
+        ----------
+        bounds : mapping
+            Low and high bound.
+        start : (d,) array_like, optional
+            z^1, for bounds that leave the present one outside.
 
         Raises
         ------
         InputError
             If there is no such parameter, bounds have no width, or the start lies outside.
         """
-        other = self._fresh()
-        other.space = self.space.bounded(bounds)
-        other.start = other.space.point(self.start)
-        return other
-
-    def _fresh(self) -> Self:
-        """Copy that has evaluated nothing yet."""
         other = copy.copy(self)
-        other._lock = threading.Lock()
-        other._reference = None
+        other.space = self.space.bounded(bounds)
+        other.start = start_within(other.space, self.start if start is None else start)
         return other
 
     @property
@@ -149,10 +159,10 @@ class TuningProblem(ABC):
         return len(self.wind_speeds) * len(self.seeds)
 
     def simulations_in(self, points: Iterable[ArrayLike]) -> int:
-        """Runs of a study that evaluated these points, the start's included where it came apart."""
-        known = [np.asarray(x, dtype=np.float64) for x in points]
-        apart = self._reference is not None and not any(self._is_start(x) for x in known)
-        return (len(known) + apart) * self.simulations
+        """Runs of a study that evaluated these points; those of the start are made once for all."""
+        starts = [self._is_start(np.asarray(x, dtype=np.float64)) for x in points]
+        once = any(starts) or self._reference is not None
+        return (starts.count(False) + once) * self.simulations
 
     @property
     def reference(self) -> Outcome:
@@ -252,6 +262,20 @@ class TuningProblem(ABC):
         costs the same whenever it is evaluated, so the Bayesian tuner takes no variance as noise.
         """
         return {"noise": "fitted"} if method == "bayes" else {}
+
+
+def start_within(space: Space, start: ArrayLike) -> FloatArray:
+    """A start as a point of a space (d,).
+
+    Raises
+    ------
+    InputError
+        If it has another length, is not finite or lies outside.
+    """
+    try:
+        return space.point(start)
+    except InputError as error:
+        raise InputError(f"start: {str(error).removeprefix('x: ')}") from error
 
 
 def _each_once(field: str, values: Sequence[N]) -> tuple[N, ...]:

@@ -9,14 +9,14 @@ from os import PathLike
 from typing import Any, Protocol
 
 from pitchopt.errors import InputError
-from pitchopt.studies.tuning.document import FIRST_FRESH, tuned_document
+from pitchopt.studies.tuning.document import FIRST_FRESH, agreement_record, tuned_document
 from pitchopt.studies.tuning.individual_pitch import IndividualPitchGains, individual_pitch_plant
 from pitchopt.studies.tuning.minimum_pitch_task import MinimumPitchTask
 from pitchopt.studies.tuning.plant import TuningPlant
-from pitchopt.studies.tuning.problem import TuningProblem
+from pitchopt.studies.tuning.problem import TuningProblem, start_within
 from pitchopt.studies.tuning.speed_regulator import Load, SpeedRegulator
 from pitchopt.studies.tuning.torque_gain import TURBULENCE, TorqueGain
-from pitchopt.studies.tuning.tune import Progress, Tuned, tune
+from pitchopt.studies.tuning.tune import Progress, Tuned, tune, tuner_for
 from pitchopt.turbines import Turbine
 
 __all__ = ["PROBLEMS", "Task", "TaskResult", "fresh_gain", "make_task"]
@@ -41,6 +41,9 @@ class Task(Protocol):
     @property
     def name(self) -> str:
         """One of `PROBLEMS`."""
+
+    def check(self, method: str, **settings: Any) -> None:
+        """See before anything is computed that a tuner goes with these settings of `tune`."""
 
     def tune(
         self,
@@ -76,12 +79,18 @@ class ProblemTask:
 
     def __init__(self, problem: TuningProblem, start: Sequence[float] | None = None) -> None:
         self.problem = problem
-        self.start = None if start is None else problem.space.point(start)
+        self.start = None if start is None else start_within(problem.space, start)
 
     @property
     def name(self) -> str:
         """Of the problem."""
         return self.problem.name
+
+    def check(self, method: str, **settings: Any) -> None:
+        """See `Task`."""
+        own = ("evaluations", "seed", "options")
+        chosen = {name: settings[name] for name in own if name in settings}
+        tuner_for(self.problem, method, start=self.start, **chosen)
 
     def tune(
         self,
@@ -105,7 +114,7 @@ class ProblemResult:
 
     def document(self, *, check_seeds: int | None = None) -> dict[str, Any]:
         """See `TaskResult`."""
-        document = tuned_document(self.tuned)
+        document = tuned_document(self.tuned) | agreement_record(self.tuned)
         if check_seeds is not None:
             best = self.tuned.best.x.tolist()
             document |= fresh_gain(self.tuned.problem, best, check_seeds)
@@ -194,17 +203,9 @@ def make_task(
     if name == "individual-pitch":
         problem = IndividualPitchGains(individual_pitch_plant(turbine, **plant), **given)
     elif name == "torque-gain":
-        if start is not None:
-            given["start"] = _one("start", start)
         problem = TorqueGain(TuningPlant(turbine, **{"turbulence": TURBULENCE, **plant}), **given)
     else:
-        given["start"] = start
         measure: Load = "flapwise_moment" if load == "blade" else "tower_load"
         problem = SpeedRegulator(TuningPlant(turbine, **plant), load=measure, **given)
-    return ProblemTask(problem.bounded(bounds) if bounds else problem, start)
-
-
-def _one(field: str, values: Sequence[float]) -> float:
-    if len(values) != 1:
-        raise InputError(f"{field}: got {len(values)} numbers, expected one")
-    return values[0]
+    own = None if name == "individual-pitch" else start  # that costs refer to no control there
+    return ProblemTask(problem.bounded(bounds or {}, start=own), start)

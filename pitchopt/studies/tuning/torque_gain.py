@@ -24,6 +24,7 @@ import numpy as np
 
 from pitchopt.checks import FloatArray, finite_number
 from pitchopt.control import TurbineController
+from pitchopt.errors import InputError
 from pitchopt.studies.tuning.plant import PlantRun, TuningPlant, plant_or_new
 from pitchopt.studies.tuning.problem import TuningProblem
 from pitchopt.tuning import Parameter, Space
@@ -86,6 +87,8 @@ class TorqueGain(TuningProblem):
         )
         self.shape = finite_number("shape", shape, above=0.0)
         self.scale = finite_number("scale", scale, above=0.0)
+        if 0.0 in self.wind_speeds:
+            raise InputError(f"wind_speeds: got {self.wind_speeds}, expected speeds above 0")
         density = np.array([weibull_density(u, shape=shape, scale=scale) for u in self.wind_speeds])
         weights = (density / density.sum()).tolist()
         self._weights: dict[float, float] = dict(zip(self.wind_speeds, weights, strict=True))

@@ -11,11 +11,11 @@ from os import PathLike
 
 from numpy.typing import ArrayLike
 
-from pitchopt.studies.tuning.problem import TuningProblem
-from pitchopt.tuning import Evaluation, StudyResult, ZerothOrder, run_study
+from pitchopt.studies.tuning.problem import TuningProblem, start_within
+from pitchopt.tuning import Evaluation, StudyResult, Tuner, ZerothOrder, run_study
 from pitchopt.tuning.methods import make_tuner
 
-__all__ = ["BUDGET", "Tuned", "tune"]
+__all__ = ["BUDGET", "Tuned", "tune", "tuner_for"]
 
 BUDGET = 25
 """Evaluations for each parameter, unless a number is given or the tuner has its own."""
@@ -57,6 +57,32 @@ class Tuned:
     def gain(self) -> float:
         """What the cost fell by, over the absolute value at the start."""
         return (self.start.cost - self.best.cost) / abs(self.start.cost)
+
+
+def tuner_for(
+    problem: TuningProblem,
+    method: str,
+    *,
+    start: ArrayLike | None = None,
+    evaluations: int | None = None,
+    seed: int = 0,
+    options: Mapping[str, object] | None = None,
+) -> tuple[Tuner, int]:
+    """Tuner of a problem and the most evaluations that it may have; see `tune`."""
+    proposed = problem.tuner_options(method)
+    first = proposed.pop("start", problem.start)
+    limit = BUDGET * len(problem.space) if evaluations is None else evaluations
+    tuner = make_tuner(
+        method,
+        problem.space,
+        start=start_within(problem.space, first if start is None else start),
+        evaluations=limit,
+        seed=seed,
+        options=proposed | dict(options or {}),
+    )
+    if evaluations is None and isinstance(tuner, ZerothOrder):
+        limit = tuner.most_evaluations
+    return tuner, limit
 
 
 def tune(
@@ -101,19 +127,9 @@ def tune(
         See `run_study`; also if there is no such method or option, or the start cannot be judged.
     """
     began = time.perf_counter()
-    proposed = problem.tuner_options(method)
-    first = proposed.pop("start", problem.start)
-    limit = BUDGET * len(problem.space) if evaluations is None else evaluations
-    tuner = make_tuner(
-        method,
-        problem.space,
-        start=first if start is None else start,
-        evaluations=limit,
-        seed=seed,
-        options=proposed | dict(options or {}),
+    tuner, limit = tuner_for(
+        problem, method, start=start, evaluations=evaluations, seed=seed, options=options
     )
-    if evaluations is None and isinstance(tuner, ZerothOrder):
-        limit = tuner.most_evaluations
     threads: AbstractContextManager[Executor | Callable[[], Executor] | None] = (
         ThreadPoolExecutor(parallel) if executor is None and parallel > 1 else nullcontext(executor)
     )
