@@ -6,10 +6,11 @@ log expected improvement, on exact functions and with noisy expected improvement
 scikit-optimize as its `gp_minimize` does by default: Matern 5/2 kernel with a length scale each,
 fitted Gaussian noise, five restarts, a portfolio of three acquisitions.  Scored is the function
 without noise at the point that a tool recommends after so many evaluations: ours is `best()`; of
-scikit-optimize both the sample of least posterior mean and that of least observed cost, and of these two, at each function,
-the one whose median at the end is the lower.  Regrets below 1e-6 count as 1e-6.  p values are of
-Wilcoxon's signed-rank test on the logarithms, paired over seeds: `p_loss` small means that ours is
-the worse, `p_gain` that it is the better.  Runs that a file has already are not repeated.
+scikit-optimize both the sample of least posterior mean and that of least observed cost, and of
+these two, at each function, the one whose median at the end is the lower.  Regrets below 1e-6 count
+as 1e-6.  p values are of Wilcoxon's signed-rank test on the logarithms, paired over seeds:
+`p_loss` small means that ours is the worse, `p_gain` that it is the better.  Runs that a file
+has already are not repeated.
 
     python benchmarks/tuners.py [--quick] [--out FILE.json] [--tools pitchopt skopt] [--seeds N]
 """
@@ -23,7 +24,6 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import metadata, util
-from pathlib import Path
 from typing import Any
 
 import _harness
