@@ -108,12 +108,12 @@ class Report:
         part.replace(self._out)
 
 
-def finished(out: Path | None, measurement: str) -> list[str]:
-    """Lines of one kind in the file of an earlier run, to go on from; none where there is none."""
+def finished(out: Path | None, measurement: str | None = None) -> list[str]:
+    """Lines of an earlier run's file, of one kind or all, to go on from; none without a file."""
     if out is None or not out.is_file():
         return []
     lines = out.read_text(encoding="utf-8").splitlines()
-    return [line for line in lines if json.loads(line)["measurement"] == measurement]
+    return [line for line in lines if measurement in (None, json.loads(line)["measurement"])]
 
 
 def problem_of(positions: int, elements: int, case: str = "biegel2011") -> tuple[Any, Any]:

@@ -25,7 +25,6 @@ import json
 import sys
 import time
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import _harness
@@ -243,13 +242,6 @@ def run_case(report: _harness.Report, name: str, args: argparse.Namespace) -> No
     )
 
 
-def finished_lines(out: Path | None) -> list[str]:
-    """Lines of an earlier run."""
-    if out is None or not out.is_file():
-        return []
-    return out.read_text(encoding="utf-8").splitlines()
-
-
 def main(argv: list[str] | None = None) -> int:
     parser = _harness.parser(__doc__)
     parser.add_argument("--cases", nargs="+", default=list(CASES), choices=list(CASES))
@@ -260,7 +252,7 @@ def main(argv: list[str] | None = None) -> int:
     if args.quick:
         args.points, args.starts = 2, 4
         args.cases = args.cases[:1]
-    kept = finished_lines(args.out)
+    kept = _harness.finished(args.out)
     report = _harness.Report("random_starts", quick=args.quick, out=args.out, kept=kept)
     done = {json.loads(line)["case"] for line in kept}
     for name in args.cases:

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 from pitchopt.exports import write_files
-from pitchopt.plotting import png
+from pitchopt.plotting import plot_design_space, plot_progress, png
 from pitchopt.studies.tuning import SpeedRegulator, TuningPlant
 from pitchopt.tuning import GaussianProcess, ZerothOrder, run_study, settling
 
@@ -26,55 +26,42 @@ QUANTITIES = {
 }
 
 
-def value(evaluation, name):
-    return evaluation.cost if name == "cost" else evaluation.measures[name]
-
-
-def surface(space, evaluations, name):
-    """Estimate and standard deviation of a quantity on a fine grid, with its axes."""
+def kriging(space, evaluations, name):
+    """Of the cost or a measure in the unit that is shown."""
+    factor = QUANTITIES[name][1]
     good = [e for e in evaluations if e.status == "ok"]
-    process = GaussianProcess.fit(space, [e.x for e in good], [value(e, name) for e in good])
-    omega = np.linspace(space.lower[0], space.upper[0], 60)
-    zeta = np.linspace(space.lower[1], space.upper[1], 60)
-    points = np.stack(np.meshgrid(omega, zeta), axis=-1)
-    return omega, zeta, *process.predict(points), np.array([e.x for e in good])
-
-
-def labelled(ax, title):
-    ax.set(xlabel="natural frequency [rad/s]", ylabel="damping ratio [-]", title=title)
+    values = [factor * (e.cost if name == "cost" else e.measures[name]) for e in good]
+    return GaussianProcess.fit(space, [e.x for e in good], values)
 
 
 def samples_figure(problem, tuner, evaluations):
-    """Samples over the estimated cost after the first stage and the last, and the settling."""
-    figure, axes = plt.subplots(1, 3, figsize=(14.0, 4.2), layout="constrained")
+    """Estimated cost with the tuner's way after the first stage and the last; costs, settling."""
+    figure, axes = plt.subplots(2, 2, figsize=(11.0, 8.0), layout="constrained")
+    label, factor = QUANTITIES["cost"]
     first = [e for e in evaluations if e.origin.split(".")[0] in ("start", "search 1", "step 1")]
-    for ax, part, title in zip(axes, (first, evaluations), ("first stage", "all"), strict=False):
-        omega, zeta, mean, _, _ = surface(problem.space, part, "cost")
-        picture = ax.contourf(omega, zeta, 1e-6 * mean, 24, cmap="viridis")
-        figure.colorbar(picture, ax=ax, label="estimated cost [MN m]")
-        for kind, marker in (("search", "o"), ("step", "^"), ("reset", "s")):
-            points = np.array([e.x for e in part if e.origin.startswith(kind)])
-            if points.size:
-                ax.plot(*points.T, marker, color="white", markeredgecolor="black", label=kind)
-        path = np.array([record.x for record in tuner.records] + [tuner.records[-1].next_x])
-        path = path[:2] if part is first else path
-        ax.plot(*path.T, "-+", color="tab:red", markersize=11, label="z")
+    path = np.array([record.x for record in tuner.records] + [tuner.records[-1].next_x])
+    for ax, part, way, title in (
+        (axes[0, 0], first, path[:2], "first stage"),
+        (axes[0, 1], evaluations, path, "all stages"),
+    ):
+        plot_design_space(kriging(problem.space, part, "cost"), label=label, ax=ax)
+        ax.plot(*way.T, "-+", color="tab:red", markersize=11, label="z")
         ax.legend(fontsize="small")
-        labelled(ax, title)
-    axes[2].plot(np.arange(1, len(tuner.stage_costs) + 1), settling(tuner.stage_costs), "o-")
-    axes[2].set(xlabel="stage", ylabel="settling function [-]")
+        ax.set_title(title)
+    costs = [factor * e.cost for e in evaluations]
+    plot_progress(costs, start=factor * problem.reference.cost, label=label, ax=axes[1, 0])
+    axes[1, 1].plot(np.arange(1, len(tuner.stage_costs) + 1), settling(tuner.stage_costs), "o-")
+    axes[1, 1].set(xlabel="stage", ylabel="settling function [-]")
     return figure
 
 
 def design_space_figure(problem, evaluations):
     """Estimates and their standard deviations."""
     figure, axes = plt.subplots(3, 2, figsize=(10.0, 11.0), layout="constrained")
-    for row, (name, (label, factor)) in zip(axes, QUANTITIES.items(), strict=True):
-        omega, zeta, mean, std, points = surface(problem.space, evaluations, name)
-        for ax, shown, title in ((row[0], mean, label), (row[1], std, f"std of {label}")):
-            figure.colorbar(ax.contourf(omega, zeta, factor * shown, 24), ax=ax)
-            ax.plot(*points.T, ".", color="white", markeredgecolor="black", markersize=5)
-            labelled(ax, title)
+    for row, (name, (label, _)) in zip(axes, QUANTITIES.items(), strict=True):
+        process = kriging(problem.space, evaluations, name)
+        for ax, show in zip(row, ("mean", "std"), strict=True):
+            plot_design_space(process, show=show, label=label, ax=ax)
     return figure
 
 

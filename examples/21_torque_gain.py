@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 from pitchopt.exports import write_files
-from pitchopt.plotting import png
+from pitchopt.plotting import plot_posterior, png
 from pitchopt.studies.tuning import TorqueGain, TuningPlant
 from pitchopt.tuning import GaussianProcess, ZerothOrder, run_study, settling
 
@@ -22,19 +22,13 @@ RPM = 30.0 / np.pi
 
 
 def estimate(ax, problem, evaluations, title):
-    """Samples, kriging estimate and two standard deviations of it, relative to k_fact = 1."""
+    """Samples and kriging with its band, relative to k_fact = 1."""
     unit = abs(problem([1.0]).cost)
-    x, y = np.array([e.x for e in evaluations]), np.array([e.cost for e in evaluations])
-    process = GaussianProcess.fit(problem.space, x, y)
-    fine = np.linspace(problem.space.lower, problem.space.upper, 200)
-    mean, std = process.predict(fine)
-    ax.fill_between(
-        fine[:, 0], (mean - 2.0 * std) / unit, (mean + 2.0 * std) / unit, alpha=0.25, linewidth=0.0
+    process = GaussianProcess.fit(
+        problem.space, [e.x for e in evaluations], [e.cost / unit for e in evaluations]
     )
-    ax.plot(fine[:, 0], mean / unit, label="estimate, two deviations")
-    ax.plot(x[:, 0], y / unit, "o", color="black", markersize=4, label="samples")
-    ax.set(xlabel="factor on the gain [-]", ylabel="cost over power at one [-]", title=title)
-    ax.legend(fontsize="small")
+    plot_posterior(process, label="cost over power at one [-]", ax=ax)
+    ax.set(xlabel="factor on the gain [-]", title=title)
 
 
 def tuning_figure(problem, tuner, evaluations):

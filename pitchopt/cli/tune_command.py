@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +27,7 @@ from pitchopt.cli.values import (
 from pitchopt.errors import InputError
 
 if TYPE_CHECKING:
+    from pitchopt.cli.progress import Progress
     from pitchopt.studies.tuning import Task
 
 __all__ = ["command"]
@@ -213,7 +215,7 @@ def command(**options: Any) -> int:
             done = task.tune(
                 method,
                 journal=journals(task, method),
-                progress=lambda done, total, _, label=label: progress(done, total, label),
+                progress=partial(_labelled, progress, label),
                 **_tuner_settings(options),
             )
             found = done.document(check_seeds=options["check_seeds"])
@@ -232,6 +234,10 @@ def command(**options: Any) -> int:
         show=print_tuning,
     )
     return 0
+
+
+def _labelled(progress: Progress, label: str, done: int, total: int, _: str) -> None:
+    progress(done, total, label)
 
 
 def _task_settings(options: Mapping[str, Any]) -> dict[str, Any]:

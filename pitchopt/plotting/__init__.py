@@ -34,7 +34,12 @@ from pitchopt.plotting.simulation import (
     plot_steady_curve,
 )
 from pitchopt.plotting.tradeoff import plot_tradeoff
-from pitchopt.plotting.tuning import plot_acquisition, plot_design_space, plot_posterior
+from pitchopt.plotting.tuning import (
+    plot_acquisition,
+    plot_design_space,
+    plot_posterior,
+    plot_progress,
+)
 from pitchopt.plotting.tuning_individual import (
     GainSamples,
     gain_samples,
@@ -86,6 +91,7 @@ __all__ = [
     "plot_polar_fit",
     "plot_posterior",
     "plot_profiles",
+    "plot_progress",
     "plot_regrets",
     "plot_several_profiles",
     "plot_steady_curve",

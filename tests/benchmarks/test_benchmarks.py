@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import functools
+import importlib
 import json
 import math
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+
+from pitchopt.tuning import run_study
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "benchmarks"
@@ -60,6 +64,14 @@ FIGURES = {
         "regret": ["pitchopt_median", "skopt_median", "p_loss", "p_gain", "better", "worse"],
         "suggestion": ["tool", "samples", "seconds", "seconds_aim"],
     },
+    "tuning_problems": {
+        "study": ["problem", "method", "gain", "fresh_gain", "evaluations", "simulations"],
+        "problem": ["problem", "order", "fresh_gains", "gains", "check_seeds"],
+    },
+    "tuning_scaling": {
+        "study": ["method", "workers", "evaluations_per_second", "share_asking", "share_writing"],
+        "limit": ["method", "efficiency", "ask_limit_per_second", "speedup"],
+    },
     "scp_vs_ipopt": {
         "trade-off point": ["ratio", "objective_lead_percent", "ratio_is_lower_bound"],
         "summary": ["formulations", "fastest_formulation"],
@@ -105,6 +117,8 @@ def test_quick_run(script, folder):
         pytest.importorskip("casadi", reason="comes with the extra 'bench'")
     if script == "tuners":
         pytest.importorskip("skopt", reason="comes with the extra 'bench'")
+    if script.startswith("tuning"):
+        pytest.importorskip("cma", reason="comes with the extra 'cma'")
     out = folder / script / f"{script}.json"
     text = quick(script, str(out))
     assert out.read_text(encoding="utf-8") == text
@@ -142,6 +156,40 @@ def test_random_starts_go_on_where_a_run_ended(folder):
     text = quick("random_starts", str(out))
     assert run("random_starts", "--out", str(out)) == ""
     assert out.read_text(encoding="utf-8") == text
+
+
+def test_tuning_problems_go_on_where_a_run_ended(folder):
+    out = folder / "tuning_problems" / "tuning_problems.json"
+    lines = quick("tuning_problems", str(out)).splitlines()
+    studies = [line for line in lines if json.loads(line)["measurement"] == "study"]
+    out.write_text("\n".join(studies[:-1]) + "\n", encoding="utf-8")
+    again = run("tuning_problems", "--out", str(out)).splitlines()
+    (made,) = [line for line in again if json.loads(line)["measurement"] == "study"]
+    before, after = ({**json.loads(x), "evaluation_seconds": None} for x in (studies[-1], made))
+    assert before == after
+
+
+@pytest.mark.parametrize("method", ["sobol", "cma-es", "zoo", "bayes"])
+@pytest.mark.parametrize("workers", [1, 4])
+def test_simulated_study_asks_what_a_real_one_does(method, workers, monkeypatch):
+    if method == "cma-es":
+        pytest.importorskip("cma", reason="comes with the extra 'cma'")
+    monkeypatch.syspath_prepend(str(FOLDER))
+    scaling = importlib.import_module("tuning_scaling")
+    simulated, real = (scaling.tuner_of(method, 20) for _ in range(2))
+    figures = scaling.simulated(simulated, workers, 20)
+    with ThreadPoolExecutor(workers) as executor:
+        run_study(scaling.landscape(), real, evaluations=20, parallel=workers, executor=executor)
+    assert [e.x.tolist() for e in simulated.evaluations] == [e.x.tolist() for e in real.evaluations]
+    assert figures["evaluations"] == len(real.evaluations)
+    assert figures["simulated_seconds"] > 0.9 * figures["evaluations"] / workers
+
+
+def test_scaling_is_drawn(tmp_path):
+    pytest.importorskip("cma", reason="comes with the extra 'cma'")
+    picture = tmp_path / "scaling.png"
+    run("tuning_scaling", "--plot", str(picture))
+    assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 def test_without_casadi_the_comparison_is_skipped(tmp_path):
