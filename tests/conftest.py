@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import matplotlib as mpl
@@ -32,3 +34,11 @@ def shared_reference() -> Path:
     if not (folder / "README.md").is_file():
         pytest.skip("reference data absent: no ../shared/reference beside the checkout")
     return folder
+
+
+@pytest.fixture(autouse=True)
+def _no_figure_left_open() -> Iterator[None]:
+    """Close what a test drew without axes of its own, so that others may count figures."""
+    yield
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
