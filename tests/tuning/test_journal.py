@@ -254,9 +254,7 @@ def test_full_disk_is_one_error_and_loses_nothing(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(sqlite3, "connect", limited)
         with pytest.raises(InputError, match="database or disk is full"):
-            run_study(
-                wide, RandomWalk(seed=1), evaluations=30, journal=path, on_result=told.append
-            )
+            run_study(wide, RandomWalk(seed=1), evaluations=30, journal=path, on_result=told.append)
     assert 3 < len(told) < 30
     with Journal(path) as journal:
         same(journal.evaluations(), told)
