@@ -15,7 +15,7 @@ the noise of a further sample.  Points are unit coordinates of the space.
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import lapack, solve_triangular
+from scipy.linalg import lapack
 from scipy.spatial.distance import cdist
 
 from pitchopt.checks import FloatArray
@@ -23,7 +23,7 @@ from pitchopt.errors import ComputationError
 from pitchopt.tuning.covariance import Covariance, Hyperparameters
 from pitchopt.tuning.space import Space
 
-__all__ = ["Kriging", "factorised"]
+__all__ = ["Kriging", "factorised", "inverse_of"]
 
 _FIRST_JITTER = 1e-14  # of the mean of the diagonal, where a matrix is not positive definite
 _LAST_JITTER = 1e-4
@@ -49,6 +49,16 @@ def factorised(matrix: FloatArray) -> FloatArray:
             raise ComputationError("the covariance matrix of the samples is not positive definite")
         factor, failed = lapack.dpotrf(matrix + jitter * np.eye(len(matrix)), lower=1)
     return np.asarray(factor)  # zero above the diagonal
+
+
+def inverse_of(factor: FloatArray) -> FloatArray:
+    """Inverse of a lower Cholesky factor.
+
+    LAPACK's inverse of the matrix itself (potri) runs in parallel for matrices of any size: its
+    bits depend on the number of threads, and threads that wait for a busy core make it slow.
+    """
+    inverse, _ = lapack.dtrtri(factor, lower=1)
+    return np.asarray(inverse)
 
 
 class Kriging:
@@ -93,8 +103,7 @@ class Kriging:
         matrix = variance * covariance.value(cdist(self._scaled, self._scaled, "sqeuclidean"))
         self.prior = matrix  # of the function at the samples
         self.factor = factorised(matrix + np.diag(noise + variance * nugget))
-        identity = np.eye(len(u))
-        self.inverse_factor = solve_triangular(self.factor, identity, lower=True)
+        self.inverse_factor = inverse_of(self.factor)
         self.ones = self.inverse_factor.T @ self.inverse_factor.sum(axis=1)
         self.total = float(self.ones.sum())
 

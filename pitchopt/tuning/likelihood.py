@@ -27,13 +27,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.linalg import lapack
 from scipy.optimize import Bounds, minimize
 
 from pitchopt.checks import FloatArray
 from pitchopt.errors import ComputationError, InputError
 from pitchopt.tuning.covariance import Covariance, Hyperparameters
-from pitchopt.tuning.kriging import factorised
+from pitchopt.tuning.kriging import factorised, inverse_of
 
 __all__ = ["Criterion", "Likelihood", "fitted"]
 
@@ -96,9 +95,8 @@ class Likelihood:
         matrix += matrix.T
         matrix.ravel()[:: count + 1] = variance * (1.0 + nugget) + self._noise
         factor = factorised(matrix)
-        lower, _ = lapack.dpotri(factor, lower=1)
-        inverse = lower + lower.T  # the diagonal twice
-        inverse.ravel()[:: count + 1] *= 0.5
+        half = inverse_of(factor)
+        inverse = half.T @ half
         ones = inverse.sum(axis=1)
         residual = self._y - ones @ self._y / ones.sum()
         a = inverse @ residual

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -471,3 +475,30 @@ def test_bad_hyperparameters_are_named():
     hyper = Hyperparameters(lengths=[1.0], variance=1.0, nugget=0.0)
     with pytest.raises(InputError, match="hyperparameters: got 1 lengths, expected 3"):
         GaussianProcess(CUBE, [[0, 0, 0], [1, 1, 1]], [0.0, 1.0], hyperparameters=hyper)
+
+
+def test_likelihood_has_the_same_bits_with_one_thread_and_with_two():
+    script = (
+        "import numpy as np\n"
+        "from pitchopt.tuning.covariance import covariance_named\n"
+        "from pitchopt.tuning.likelihood import Likelihood\n"
+        "rng = np.random.default_rng(4)\n"
+        "points = rng.random((30, 4))\n"
+        "y = np.sin(5.0 * points[:, 0]) + points[:, 1]\n"
+        "covariance = covariance_named('squared-exponential')\n"
+        "found = Likelihood(covariance, points, np.arange(4), y, np.zeros(30))(np.full(6, -1.0))\n"
+        "print(found.value.hex(), found.gradient.tobytes().hex())\n"
+    )
+    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+    printed = {
+        subprocess.run(
+            [sys.executable, "-c", script],
+            env=os.environ
+            | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+            | dict.fromkeys(names, threads),
+            capture_output=True,
+            check=True,
+        ).stdout
+        for threads in ("1", "2")
+    }
+    assert len(printed) == 1
