@@ -209,11 +209,15 @@ def command(**options: Any) -> int:
     with Progress(compiled="the time loop") as progress:
         for place, (task, method) in enumerate(tasks, start=1):
             label = f"{place}/{len(tasks)} {method}" if len(tasks) > 1 else method
+
+            def show(done: int, total: int, _: str, label: str = label) -> None:
+                progress(done, total, label)
+
             start = time.perf_counter()
             done = task.tune(
                 method,
                 journal=journals(task, method),
-                progress=lambda done, total, _, label=label: progress(done, total, label),
+                progress=show,
                 **_tuner_settings(options),
             )
             found = done.document(check_seeds=options["check_seeds"])

@@ -1,4 +1,4 @@
-"""What ``pitchopt tune`` prints for people: kW, kN m, rpm and degrees for the document's SI units."""
+"""What ``pitchopt tune`` prints for people: in kW, kN m, rpm and degrees."""
 
 from __future__ import annotations
 
@@ -128,8 +128,8 @@ def _speed_line(speed: float, problem: Mapping[str, Any]) -> str:
     soft, hard = problem["soft_speed"], problem["hard_speed"]
     over = speed / soft - 1.0
     return (
-        f"largest generator speed, mean of the runs, {_RPM * speed:.0f} rpm, {abs(100.0 * over):.1f} % "
-        f"{'over' if over > 0.0 else 'below'} the soft limit of {_RPM * soft:.0f} rpm "
+        f"largest generator speed, mean of the runs, {_RPM * speed:.0f} rpm, "
+        f"{abs(100.0 * over):.1f} % {'over' if over > 0.0 else 'below'} the soft limit of {_RPM * soft:.0f} rpm "
         f"(hard limit {_RPM * hard:.0f} rpm)"
     )
 
