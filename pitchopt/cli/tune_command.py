@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +26,6 @@ from pitchopt.cli.values import (
 from pitchopt.errors import InputError
 
 if TYPE_CHECKING:
-    from pitchopt.cli.progress import Progress
     from pitchopt.studies.tuning import Task
 
 __all__ = ["command"]
@@ -211,11 +209,15 @@ def command(**options: Any) -> int:
     with Progress(compiled="the time loop") as progress:
         for place, (task, method) in enumerate(tasks, start=1):
             label = f"{place}/{len(tasks)} {method}" if len(tasks) > 1 else method
+
+            def show(done: int, total: int, _: str, label: str = label) -> None:
+                progress(done, total, label)
+
             start = time.perf_counter()
             done = task.tune(
                 method,
                 journal=journals(task, method),
-                progress=partial(_labelled, progress, label),
+                progress=show,
                 **_tuner_settings(options),
             )
             found = done.document(check_seeds=options["check_seeds"])
@@ -234,10 +236,6 @@ def command(**options: Any) -> int:
         show=print_tuning,
     )
     return 0
-
-
-def _labelled(progress: Progress, label: str, done: int, total: int, _: str) -> None:
-    progress(done, total, label)
 
 
 def _task_settings(options: Mapping[str, Any]) -> dict[str, Any]:

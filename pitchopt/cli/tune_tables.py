@@ -1,4 +1,4 @@
-"""What ``pitchopt tune`` prints for people: kW, kN m, rpm, degrees for the document's SI units."""
+"""What ``pitchopt tune`` prints for people: in kW, kN m, rpm and degrees."""
 
 from __future__ import annotations
 

@@ -146,10 +146,16 @@ class TuningProblem(ABC):
         Raises
         ------
         InputError
-            If there is no such parameter, bounds have no width, or the start lies outside.
+            If there is no such parameter or it is periodic, bounds have no width, or the start
+            lies outside.
         """
         other = copy.copy(self)
         other.space = self.space.bounded(bounds)
+        for parameter in self.space.parameters:
+            if parameter.periodic and parameter.name in bounds:
+                raise InputError(
+                    f"bounds: got {parameter.name}, which comes back by turns, expected none for it"
+                )
         other.start = start_within(other.space, self.start if start is None else start)
         return other
 
