@@ -18,6 +18,8 @@ from pitchopt.exports import write_files
 from pitchopt.plotting import pitch_tables_figure, plot_design_space, plot_posterior, png
 from pitchopt.studies.tuning import TuningPlant, tune_in_sequence, tune_minimum_pitch
 
+KAPPA = 0.03
+
 
 def print_steps(result):
     """A row for each tuning: what was found, what it gained, whether kriging agrees."""
@@ -68,7 +70,7 @@ def main(argv=None):
     lowest = []
 
     def minimum_pitch(controller):
-        lowest.append(tune_minimum_pitch(plant, base=controller, seeds=seeds))
+        lowest.append(tune_minimum_pitch(plant, base=controller, seeds=seeds, kappa=KAPPA))
         return lowest[0].table
 
     result = tune_in_sequence(
