@@ -53,7 +53,7 @@ def checks_figure(result):
         else:
             plot_design_space(check.process, label="cost [N m]", ax=ax)
             for x, marker in ((check.tuner, "*"), (check.kriging, "X")):
-                ax.plot(*x, marker, color="white", markeredgecolor="black", markersize=12)
+                ax.plot(*x, marker, color="white", markeredgecolor="black", markersize=12, zorder=4)
         ax.set_title(step.name)
     return figure
 
