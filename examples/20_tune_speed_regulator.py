@@ -24,6 +24,7 @@ QUANTITIES = {
     "tower_load": ("tower load [MN m]", 1e-6),
     "generator_speed": ("largest generator speed [rpm]", RPM),
 }
+AXES = {"xlabel": "natural frequency [rad/s]", "ylabel": "damping ratio [-]"}
 
 
 def kriging(space, evaluations, name):
@@ -45,9 +46,9 @@ def samples_figure(problem, tuner, evaluations):
         (axes[0, 1], evaluations, path, "all stages"),
     ):
         plot_design_space(kriging(problem.space, part, "cost"), label=label, ax=ax)
-        ax.plot(*way.T, "-+", color="tab:red", markersize=11, label="z")
+        ax.plot(*way.T, "-+", color="tab:red", markersize=11, label="z", zorder=4)
         ax.legend(fontsize="small")
-        ax.set_title(title)
+        ax.set(**AXES, title=title)
     costs = [factor * e.cost for e in evaluations]
     plot_progress(costs, start=factor * problem.reference.cost, label=label, ax=axes[1, 0])
     axes[1, 1].plot(np.arange(1, len(tuner.stage_costs) + 1), settling(tuner.stage_costs), "o-")
@@ -61,7 +62,7 @@ def design_space_figure(problem, evaluations):
     for row, (name, (label, _)) in zip(axes, QUANTITIES.items(), strict=True):
         process = kriging(problem.space, evaluations, name)
         for ax, show in zip(row, ("mean", "std"), strict=True):
-            plot_design_space(process, show=show, label=label, ax=ax)
+            plot_design_space(process, show=show, label=label, ax=ax).set(**AXES)
     return figure
 
 
