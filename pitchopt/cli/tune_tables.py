@@ -129,7 +129,8 @@ def _speed_line(speed: float, problem: Mapping[str, Any]) -> str:
     over = speed / soft - 1.0
     return (
         f"largest generator speed, mean of the runs, {_RPM * speed:.0f} rpm, "
-        f"{abs(100.0 * over):.1f} % {'over' if over > 0.0 else 'below'} the soft limit of {_RPM * soft:.0f} rpm "
+        f"{abs(100.0 * over):.1f} % {'over' if over > 0.0 else 'below'} the soft limit of "
+        f"{_RPM * soft:.0f} rpm "
         f"(hard limit {_RPM * hard:.0f} rpm)"
     )
 
