@@ -188,6 +188,8 @@ def command(**options: Any) -> int:
     Bayesian tuner or one to compare them with.
     """
     began = time.perf_counter()
+    for library in ("OPENBLAS", "OMP", "MKL"):  # so that points do not depend on the processors
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     from pitchopt.cli import output
     from pitchopt.cli.progress import Progress
     from pitchopt.cli.tune_tables import print_tuning

@@ -126,11 +126,12 @@ def _family(study: Mapping[str, Any]) -> str:
 
 def _speed_line(speed: float, problem: Mapping[str, Any]) -> str:
     soft, hard = problem["soft_speed"], problem["hard_speed"]
-    over = 100.0 * (speed / soft - 1.0)
-    side = "over" if over > 0.0 else "below"
+    over = speed / soft - 1.0
     return (
-        f"largest generator speed, mean of the runs, {_RPM * speed:.0f} rpm, {abs(over):.1f} % "
-        f"{side} the soft limit of {_RPM * soft:.0f} rpm (hard limit {_RPM * hard:.0f} rpm)"
+        f"largest generator speed, mean of the runs, {_RPM * speed:.0f} rpm, "
+        f"{abs(100.0 * over):.1f} % {'over' if over > 0.0 else 'below'} the soft limit of "
+        f"{_RPM * soft:.0f} rpm "
+        f"(hard limit {_RPM * hard:.0f} rpm)"
     )
 
 
