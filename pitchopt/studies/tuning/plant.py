@@ -353,6 +353,17 @@ class TuningPlant:
             for case, simulation in zip(wanted, found, strict=True)
         ]
 
+    def check(self, cases: Iterable[tuple[float, int]]) -> None:
+        """See without a run that winds of mean speeds [m/s] and seeds can be used.
+
+        Raises
+        ------
+        InputError
+            If not.
+        """
+        for speed, seed in cases:
+            self.operation.start(self._case(speed, seed).wind_speed)
+
     def _case(self, speed: float, seed: int) -> WindCase:
         settings = SimulationSettings(
             **{
