@@ -34,7 +34,7 @@ from pitchopt.checks import finite_number, whole_number
 from pitchopt.control import PitchActuator, TurbineController
 from pitchopt.errors import InputError
 from pitchopt.sim import DynamicTurbine, Operation, Simulation, simulate_many, statistics
-from pitchopt.sim.wind import Wind
+from pitchopt.sim.wind import Wind, check_speeds
 from pitchopt.studies.simulation import SimulationSettings, WindCase, wind_cases
 from pitchopt.turbines import Turbine, load_turbine
 from windfield import BoxCache
@@ -362,7 +362,8 @@ class TuningPlant:
             If not.
         """
         for speed, seed in cases:
-            self.operation.start(self._case(speed, seed).wind_speed)
+            self._case(speed, seed)
+            check_speeds(self.turbine, speed, speed)
 
     def _case(self, speed: float, seed: int) -> WindCase:
         settings = SimulationSettings(
