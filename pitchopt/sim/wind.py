@@ -22,6 +22,7 @@ from windfield.boxes import PolarBox, TurbulenceBox
 __all__ = [
     "Reach",
     "Wind",
+    "check_speeds",
     "check_wind",
     "hub_speed_range",
     "wind_direction",
@@ -78,6 +79,26 @@ def wind_direction(wind: Wind) -> float:
     raise _foreign(wind)
 
 
+def check_speeds(turbine: Turbine, slowest: float, fastest: float) -> None:
+    """Refuse mean wind speeds at the hub [m/s] below cut-in or above cut-out.
+
+    Raises
+    ------
+    InputError
+        Saying which limit is passed.
+    """
+    low, high = turbine.cut_in_wind_speed, turbine.cut_out_wind_speed
+    for limit, name, speed, outside in (
+        (low, "cut-in", slowest, low is not None and slowest < low - 1e-9),
+        (high, "cut-out", fastest, high is not None and fastest > high + 1e-9),
+    ):
+        if outside:
+            raise InputError(
+                f"wind: got a mean speed of {speed:g} m/s at the hub, turbine {turbine.name!r} "
+                f"has its {name} at {limit:g} m/s"
+            )
+
+
 def check_wind(
     turbine: Turbine,
     reach: Reach,
@@ -105,17 +126,8 @@ def check_wind(
     """
     if not isinstance(wind, StaticField | TransientField | TurbulentField):
         raise _foreign(wind)
-    slowest, fastest = hub_speed_range(wind)
-    low, high = turbine.cut_in_wind_speed, turbine.cut_out_wind_speed
-    for limit, name, speed, outside in (
-        (low, "cut-in", slowest, low is not None and slowest < low - 1e-9),
-        (high, "cut-out", fastest, high is not None and fastest > high + 1e-9),
-    ):
-        if outside and not any_wind:
-            raise InputError(
-                f"wind: got a mean speed of {speed:g} m/s at the hub, turbine {turbine.name!r} "
-                f"has its {name} at {limit:g} m/s"
-            )
+    if not any_wind:
+        check_speeds(turbine, *hub_speed_range(wind))
     if isinstance(wind, TurbulentField):
         try:
             wind.box.require(

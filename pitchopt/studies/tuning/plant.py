@@ -34,7 +34,7 @@ from pitchopt.checks import finite_number, whole_number
 from pitchopt.control import PitchActuator, TurbineController
 from pitchopt.errors import InputError
 from pitchopt.sim import DynamicTurbine, Operation, Simulation, simulate_many, statistics
-from pitchopt.sim.wind import Wind
+from pitchopt.sim.wind import Wind, check_speeds
 from pitchopt.studies.simulation import SimulationSettings, WindCase, wind_cases
 from pitchopt.turbines import Turbine, load_turbine
 from windfield import BoxCache
@@ -352,6 +352,18 @@ class TuningPlant:
             )
             for case, simulation in zip(wanted, found, strict=True)
         ]
+
+    def check(self, cases: Iterable[tuple[float, int]]) -> None:
+        """See without a run that winds of mean speeds [m/s] and seeds can be used.
+
+        Raises
+        ------
+        InputError
+            If not.
+        """
+        for speed, seed in cases:
+            self._case(speed, seed)
+            check_speeds(self.turbine, speed, speed)
 
     def _case(self, speed: float, seed: int) -> WindCase:
         settings = SimulationSettings(

@@ -218,9 +218,21 @@ class TuningProblem(ABC):
         """Runs of a point, for time series: seeds within wind speeds."""
         return self._runs(self.space.point(x))
 
+    def check_winds(self) -> None:
+        """See without a run that the winds can be used.
+
+        Raises
+        ------
+        InputError
+            If not.
+        """
+        self.plant.check(self._cases())
+
+    def _cases(self) -> list[tuple[float, int]]:
+        return [(speed, seed) for speed in self.wind_speeds for seed in self.seeds]
+
     def _runs(self, x: FloatArray) -> list[PlantRun]:
-        cases = [(speed, seed) for speed in self.wind_speeds for seed in self.seeds]
-        return self.plant.run(self.controller(x), cases)
+        return self.plant.run(self.controller(x), self._cases())
 
     def _outcome(self, runs: Sequence[PlantRun], reference: Outcome | None) -> Outcome:
         by_seed = [[run for run in runs if run.seed == seed] for seed in self.seeds]

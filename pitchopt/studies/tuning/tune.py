@@ -68,7 +68,8 @@ def tuner_for(
     seed: int = 0,
     options: Mapping[str, object] | None = None,
 ) -> tuple[Tuner, int]:
-    """Tuner of a problem and the most evaluations that it may have; see `tune`."""
+    """Tuner of a problem, whose winds are checked, and the most evaluations; see `tune`."""
+    problem.check_winds()
     proposed = problem.tuner_options(method)
     first = proposed.pop("start", problem.start)
     limit = BUDGET * len(problem.space) if evaluations is None else evaluations
