@@ -103,7 +103,10 @@ class Grid(StagedTuner):
 
     def _crossed(self, axes: Sequence[FloatArray], number: int) -> list[Proposal]:
         """Points of a round that are not known yet."""
-        known = self.space.to_unit([e.x for e in self.evaluations]) if self.evaluations else None
+        points = [e.x for e in self.evaluations]
+        if self.start is not None and number == 0:
+            points.append(self.start)
+        known = self.space.to_unit(points) if points else None
         proposals = []
         for place, u in enumerate(itertools.product(*axes)):
             if known is not None:

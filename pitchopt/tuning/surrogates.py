@@ -128,6 +128,13 @@ class Weighed:
         return value * share, share[:, None] * (slope + value[:, None] * slopes)
 
 
+def _variances(evaluations: Sequence[Evaluation]) -> FloatArray:
+    """Told variances (n,); the mean of the others where none was told, beside the nugget."""
+    told = [e.variance for e in evaluations if e.variance is not None]
+    mean = float(np.mean(told)) if told else 0.0
+    return np.array([mean if e.variance is None else e.variance for e in evaluations])
+
+
 def surrogates_of(
     space: Space,
     evaluations: Sequence[Evaluation],
@@ -192,7 +199,7 @@ def surrogates_of(
         "cost",
         x,
         np.array([e.cost for e in good]),
-        np.array([e.variance or 0.0 for e in good]) if noise == "told" else None,
+        _variances(good) if noise == "told" else None,
     )
     counts = sorted({len(e.constraints) for e in good})
     if len(counts) > 1:

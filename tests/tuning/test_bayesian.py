@@ -352,3 +352,20 @@ def test_constraints_of_varying_number_are_refused():
     tuner.tell(tuner.ask()[0], 2.0)
     with pytest.raises(InputError, match=r"constraints: got \[0, 1\] at different points"):
         tuner.ask()
+
+
+def test_variances_count_as_noise_unless_they_are_to_be_fitted():
+    rng = np.random.default_rng(0)
+    points = rng.uniform(-1.0, 1.0, (6, 2))
+    variances = [0.1, None, 0.3, 0.2, None, 0.2]
+    found = {}
+    for noise in ("told", "fitted"):
+        tuner = Bayesian(SQUARE, noise=noise)
+        for x, variance in zip(points, variances, strict=True):
+            tuner.tell(x, float(x @ x), variance)
+        process = tuner.surrogates().cost
+        found[noise] = process.kriging.noise * process.scale**2
+    np.testing.assert_allclose(found["told"], [0.1, 0.2, 0.3, 0.2, 0.2, 0.2])  # the mean of told
+    np.testing.assert_array_equal(found["fitted"], 0.0)
+    with pytest.raises(InputError, match="noise: got 'none', expected told or fitted"):
+        Bayesian(SQUARE, noise="none")

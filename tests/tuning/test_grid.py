@@ -107,3 +107,11 @@ def test_it_starts_where_it_is_told():
 def test_bad_settings_are_named(settings, message):
     with pytest.raises(InputError, match=message):
         Grid(SPACE, **settings)
+
+
+def test_start_on_the_grid_is_asked_for_once():
+    space = Space([Parameter(name="a", low=0.0, high=2.0), Parameter(name="b", low=0.0, high=1.0)])
+    tuner = Grid(space, points=3, start=[1.0, 0.5])
+    points = [tuple(c.x) for c in tuner.ask(20)]
+    assert points[0] == (1.0, 0.5)
+    assert len(points) == len(set(points)) == 9
