@@ -149,7 +149,7 @@ def newton_scaling(space: Space, evaluations: Sequence[Evaluation]) -> FloatArra
     if largest <= 0.0:
         return np.ones(len(space))
     inverse = 1.0 / np.maximum(curvature, _LEAST_CURVATURE * largest)
-    return np.clip(inverse / inverse.max(), _LEAST_CURVATURE, 1.0)
+    return np.asarray(np.clip(inverse / inverse.max(), _LEAST_CURVATURE, 1.0))
 
 
 def agreement(
