@@ -3,6 +3,7 @@
 A tuner knows a space, a seed and what it was told, nothing else.  What it asks for next depends
 on these and on the order of asking and telling alone, so a study that is taken up again from its
 journal goes on as an unbroken one would have.
+(With many points the last bits of linear algebra may depend on its number of threads.)
 """
 
 from __future__ import annotations
