@@ -1,0 +1,1 @@
+"""Sensitivity estimates beside re-solved truth: quadratic programs and pitch designs."""

@@ -1,0 +1,1 @@
+"""Tower of a wind turbine designed together with its controller."""
