@@ -10,16 +10,16 @@ year E and the annual operating expenses AOE [$ a year],
     CoE = (FCR ICC + AOE) / E,          AOE = L E + O E + R P,
 
 FCR the fixed charge rate, L and O what land lease and operation and maintenance cost for a unit
-of energy, R what replacements cost each year for a unit of rated power. The report writes AOE
-for a unit of energy, L + (O&M + R P) / E, which is the same.
+of energy, R what replacements cost each year for a unit of rated power. The report divides AOE by
+E, L + (O&M + R P) / E, which is the same.
 
 The study that the tower is taken from lets ICC vary with the tower's mass alone and holds AOE
 for a unit of energy (its eq. 14): leave `hub_height` out of the calls, so that foundation and
 installation stay those of the model's own height, and give `operating_energy`.
 
 Energy is in joules and power in watts at the surface; `cost_of_energy_per_mwh` says its unit.
-Coefficients are those that the report prints, except for the low-speed shaft (see `CostModel`).
-docs/sensitivity.md says against what each was checked.
+Coefficients are those of the report as others quote and implement it, but for the low-speed
+shaft (see `CostModel`); docs/sensitivity.md says against what they were checked.
 """
 
 from __future__ import annotations
@@ -77,8 +77,8 @@ class CostModel:
     tower_price : float
         Of the tower for its mass [$/kg].
     low_speed_shaft_factor : float
-        f in the cost of the low-speed shaft, f D^2.887 [$]. The report prints 0.01, with which
-        a forged shaft would cost 0.7 $/kg; NREL's own later implementation has 0.0998.
+        f in the cost of the low-speed shaft, f D^2.887 [$]. The report is quoted with 0.01, with
+        which a shaft would cost 0.7 $/kg; NREL's own later implementation has 0.0998.
     replacement_cost : float
         R, levelised [$ a year for each W].
     maintenance_cost, land_lease : float
@@ -128,7 +128,7 @@ class CostModel:
             raise InputError(
                 f"rated_power, rotor_diameter: got {self.rated_power} W and "
                 f"{self.rotor_diameter} m, for which the model's {', '.join(low)} would cost "
-                "nothing; it is made for turbines of some 0.1 MW and 30 m up"
+                "nothing; the model needs a larger turbine"
             )
 
     @property
@@ -142,9 +142,9 @@ class CostModel:
         """[m2]."""
         return math.pi * self.rotor_diameter**2 / 4.0
 
-    def statistical_tower_mass(self) -> float:
-        """What a tower of this height weighs in the model [kg], for comparison only."""
-        if self.blade_design == "baseline":
+    def statistical_tower_mass(self, *, advanced: bool = False) -> float:
+        """What a tower of this height weighs in the model [kg]; it enters no cost here."""
+        if not advanced:
             return 0.3973 * self.swept_area * self.hub_height - 1414.0
         return 0.2694 * self.swept_area * self.hub_height + 1779.0
 
