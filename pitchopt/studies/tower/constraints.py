@@ -110,6 +110,10 @@ class Rows:
     place: NDArray[np.intp]
     sizes: tuple[int, ...]
 
+    def name(self, row: int) -> str:
+        """Group of a row."""
+        return _GROUPS[self.group[row]]
+
     def gather(self, numbers: FloatArray, *, add: bool) -> TowerConstraints:
         """Rows' numbers by group: their sum, or the largest."""
         parts = {}

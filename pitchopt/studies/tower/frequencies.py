@@ -31,7 +31,7 @@ from pitchopt.sim.structure import GRAVITY, blade_model, head_matrices, tower_st
 from pitchopt.studies.tower.design import INSIDE, TowerDesign
 from pitchopt.turbines import Turbine
 
-__all__ = ["Frequencies", "natural_frequencies"]
+__all__ = ["Frequencies", "frequency_curvature", "natural_frequencies"]
 
 _MODES = 2
 _BLOCK = 5  # vectors iterated together
@@ -51,11 +51,15 @@ class Frequencies:
     by_diameter : ndarray (2, 2, E + 1)
         Slope of the logarithm by that of the middle diameters.
     by_thickness : ndarray (2, 2, E)
+    shape : ndarray (2, 2, N)
+        Deflections and slopes of the modes at the beam's stations, base left out, of unit
+        modal mass.
     """
 
     value: FloatArray
     by_diameter: FloatArray
     by_thickness: FloatArray
+    shape: FloatArray
 
 
 @dataclass(frozen=True)
@@ -70,6 +74,16 @@ class _Matrices:
     head_mass: list[FloatArray]  # (4 N,) each plane
     head_stiffness: list[FloatArray]
 
+    def sections(
+        self, design: TowerDesign
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Middle diameter, wall, mass per length, bending stiffness, (H,) each."""
+        below, share = self.element, self.share
+        t = design.thickness[below]
+        d = (1.0 - share) * design.diameter[below] + share * design.diameter[below + 1]
+        mu = design.density * np.pi * d * t
+        return d, t, mu, design.youngs_modulus * np.pi / 8.0 * d * t * (d**2 + t**2)
+
 
 def natural_frequencies(design: TowerDesign) -> Frequencies:
     """First two natural frequencies fore-aft and side-side of a tower with its head.
@@ -81,21 +95,20 @@ def natural_frequencies(design: TowerDesign) -> Frequencies:
     """
     plan = _matrices(design.reference, design.hub_height, design.elements)
     below, share = plan.element, plan.share
-    t = design.thickness[below]
-    d = (1.0 - share) * design.diameter[below] + share * design.diameter[below + 1]
-    mu = design.density * np.pi * d * t
-    ei = design.youngs_modulus * np.pi / 8.0 * d * t * (d**2 + t**2)
+    d, t, mu, ei = plan.sections(design)
     square = d**2 + t**2
     mass = plan.mass @ mu
     stiffness = plan.elastic @ ei - plan.weight @ mu
     value = np.empty((2, _MODES))
     by_diameter = np.zeros((2, _MODES, design.elements + 1))
     by_thickness = np.zeros((2, _MODES, design.elements))
+    shape = np.empty((2, _MODES, mass.size // _BAND))
     for plane in range(2):
         values, vectors = _lowest(
             stiffness + plan.head_stiffness[plane], mass + plan.head_mass[plane]
         )
         value[plane] = np.sqrt(values) / (2.0 * np.pi)
+        shape[plane] = vectors.T
         for mode, (eigenvalue, vector) in enumerate(zip(values, vectors.T, strict=True)):
             pairs = _products(vector)
             slope_mu = mu * (-(pairs @ plan.weight) - eigenvalue * (pairs @ plan.mass))
@@ -106,7 +119,83 @@ def natural_frequencies(design: TowerDesign) -> Frequencies:
             np.add.at(by_diameter[plane, mode], below, by_d * (1.0 - share) / d)
             np.add.at(by_diameter[plane, mode], below + 1, by_d * share / d)
             np.add.at(by_thickness[plane, mode], below, by_t)
-    return Frequencies(value, by_diameter * design.diameter, by_thickness)
+    return Frequencies(value, by_diameter * design.diameter, by_thickness, shape)
+
+
+def frequency_curvature(
+    design: TowerDesign, frequencies: Frequencies, plane: int, mode: int
+) -> FloatArray:
+    """Second derivatives of the logarithm of a natural frequency by (ln d, ln t).
+
+    With q_i = (K_i - lambda M_i) phi, m_i = phi' M_i phi and subscripts for derivatives,
+
+        lambda_ij = 2 q_i' psi_j - lambda_i m_j - lambda_j m_i + phi' (K_ij - lambda M_ij) phi,
+        (K - lambda M) psi_j = lambda_j M phi - q_j,      psi_j' M phi = 0.
+
+    Terms of the order of (t / d)^2 of a section's own second derivative are left out.
+
+    Returns
+    -------
+    ndarray (2 E + 1, 2 E + 1), of tower sections with frequencies from `natural_frequencies`.
+    """
+    plan = _matrices(design.reference, design.hub_height, design.elements)
+    d, t, mu, ei = plan.sections(design)
+    count, size = design.elements, 2 * design.elements + 1
+    phi = frequencies.shape[plane, mode]
+    eigenvalue = (2.0 * np.pi * frequencies.value[plane, mode]) ** 2
+    rows = np.arange(d.size)
+    # slopes of ln d and ln t of the sections by the design's
+    below = (1.0 - plan.share) * design.diameter[plan.element] / d
+    by_d, by_t = np.zeros((2, d.size, size))
+    by_d[rows, plan.element] = below
+    by_d[rows, plan.element + 1] = 1.0 - below
+    by_t[rows, count + 1 + plan.element] = 1.0
+    square = d**2 + t**2
+    ln_mu = by_d + by_t
+    power = (1.0 + 2.0 * d**2 / square)[:, None]
+    ln_ei = power * by_d + (1.0 + 2.0 * t**2 / square)[:, None] * by_t
+    mass_phi = _columns(plan.mass, phi) * mu
+    weight_phi = _columns(plan.weight, phi) * mu
+    elastic_phi = _columns(plan.elastic, phi) * ei
+    residual = elastic_phi @ ln_ei - (weight_phi + eigenvalue * mass_phi) @ ln_mu  # q (N, 2E + 1)
+    modal = phi @ mass_phi @ ln_mu
+    slope = phi @ residual
+    mass = _dense(plan.mass @ mu + plan.head_mass[plane])
+    stiffness = _dense(plan.elastic @ ei - plan.weight @ mu + plan.head_stiffness[plane])
+    inertia = mass @ phi
+    bordered = np.zeros((phi.size + 1, phi.size + 1))
+    bordered[:-1, :-1] = stiffness - eigenvalue * mass
+    bordered[-1, :-1] = bordered[:-1, -1] = inertia
+    right = np.vstack([np.outer(inertia, slope) - residual, np.zeros(size)])
+    psi = np.linalg.solve(bordered, right)[:-1]
+    second = 2.0 * residual.T @ psi
+    second -= np.outer(slope, modal) + np.outer(modal, slope)
+    s_mu = -(phi @ weight_phi) - eigenvalue * (phi @ mass_phi)
+    s_ei = phi @ elastic_phi
+    second += (ln_mu * s_mu[:, None]).T @ ln_mu + (ln_ei * s_ei[:, None]).T @ ln_ei
+    bend = s_mu + s_ei * power[:, 0]  # of ln d, linear in d, by the logarithms at the nodes
+    second += np.diag(bend @ by_d) - (by_d * bend[:, None]).T @ by_d
+    second = 0.5 * (second + second.T)
+    return 0.5 * (second / eigenvalue - np.outer(slope, slope) / eigenvalue**2)
+
+
+def _columns(bands: FloatArray, vector: FloatArray) -> FloatArray:
+    """Products (N, H) of the matrices (4 N, H) in bands with a vector (N,)."""
+    parts = bands.reshape(_BAND, vector.size, -1)
+    out = parts[0] * vector[:, None]
+    for b in range(1, _BAND):
+        out[b:] += parts[b, :-b] * vector[:-b, None]
+        out[:-b] += parts[b, :-b] * vector[b:, None]
+    return np.asarray(out)
+
+
+def _dense(bands: FloatArray) -> FloatArray:
+    """Symmetric matrix (N, N) of its lower bands (4 N,)."""
+    parts = bands.reshape(_BAND, -1)
+    out = np.diag(parts[0])
+    for b in range(1, _BAND):
+        out += np.diag(parts[b, :-b], -b) + np.diag(parts[b, :-b], b)
+    return out
 
 
 def _products(vector: FloatArray) -> FloatArray:
@@ -121,19 +210,14 @@ def _products(vector: FloatArray) -> FloatArray:
 def _lowest(stiffness: FloatArray, mass: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Lowest eigenvalues (2,) and vectors (N, 2) with phi' M phi = 1 of banded matrices."""
     from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded, eigh
-    from scipy.sparse import dia_array
 
-    k, m = stiffness.reshape(_BAND, -1), mass.reshape(_BAND, -1)
+    k = stiffness.reshape(_BAND, -1)
     count = k.shape[1]
     try:
         factor = cholesky_banded(k, lower=True, check_finite=False)
     except LinAlgError as error:
         raise InputError("tower: not stable under its own and its head's weight") from error
-    upper = [np.concatenate([np.zeros(b), m[b, : count - b]]) for b in range(1, _BAND)]
-    full = dia_array(
-        (np.stack([*m, *upper]), [*(-b for b in range(_BAND)), *range(1, _BAND)]),
-        shape=(count, count),
-    ).tocsr()
+    full = _dense(mass)
     # shapes of rising order to begin with: sums of powers of the height
     height = np.linspace(0.0, 1.0, count // 2 + 1)[1:]
     vectors = np.zeros((count, _BLOCK))

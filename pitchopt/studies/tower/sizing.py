@@ -37,7 +37,7 @@ from pitchopt.errors import ComputationError, InputError
 from pitchopt.studies.tower.constraints import Rows, TowerConstraints, constraint_rows
 from pitchopt.studies.tower.design import TowerDesign
 from pitchopt.studies.tower.fatigue_loads import FatigueLoads
-from pitchopt.studies.tower.frequencies import Frequencies, natural_frequencies
+from pitchopt.studies.tower.frequencies import Frequencies, frequency_curvature, natural_frequencies
 from pitchopt.studies.tower.limits import TowerLimits
 from pitchopt.turbines import Turbine
 
@@ -46,6 +46,7 @@ __all__ = ["Sizing", "scaled_start", "size_tower"]
 _RADIUS, _LARGEST_RADIUS, _LEAST_RADIUS = 0.2, 1.0, 1e-9
 _PENALTY, _LARGEST_PENALTY = 3.0, 1e5
 _LEAST_LOG = -20.0  # rows further within their limits are as good as absent
+_LEAST_MULTIPLIER = 1e-6  # of ln m, whose row bends the Lagrangian
 _RIDGE = 1e-6  # curvature where the mass has none
 
 
@@ -267,7 +268,7 @@ class _Search:
         radius, penalty, error = _RADIUS, _PENALTY, np.inf
         for count in range(1, most + 1):
             gradient, hessian = _mass_model(state.design)
-            _bend(hessian, state.rows, z)
+            hessian = _curvature(state, hessian, z)
             step, slack, z = _subproblem(gradient, hessian, state.rows, state.log, radius, penalty)
             error = self._error(gradient, state, z)
             if error <= self.tolerance:
@@ -321,17 +322,28 @@ def _mass_model(design: TowerDesign) -> tuple[FloatArray, FloatArray]:
     share /= share.sum()
     gradient = share @ terms
     hessian = (terms * share[:, None]).T @ terms - np.outer(gradient, gradient)
-    return gradient, hessian + _RIDGE * np.eye(gradient.size)
+    return gradient, hessian
 
 
-def _bend(hessian: FloatArray, rows: Rows, z: FloatArray) -> None:
-    """Add the curvature of the largest diameter's rows, w (1 - w) (1, -1) (1, -1)'."""
-    for r in np.flatnonzero(rows.group == 2):
-        if z[r] <= 0.0:
-            continue
-        columns = np.flatnonzero(rows.jacobian[r])
-        weight = z[r] * rows.jacobian[r, columns].prod()
-        hessian[np.ix_(columns, columns)] += weight * np.array([[1.0, -1.0], [-1.0, 1.0]])
+def _curvature(state: _State, hessian: FloatArray, z: FloatArray) -> FloatArray:
+    """Second derivatives of the Lagrangian, made convex.
+
+    To those of the mass come those of the frequencies and of the largest diameter,
+    w (1 - w) (1, -1) (1, -1)' in an outer diameter's (ln d, ln t).
+    """
+    out = hessian.copy()
+    rows = state.rows
+    for r in np.flatnonzero(z > _LEAST_MULTIPLIER):
+        name = rows.name(r)
+        if name == "largest_diameter":
+            columns = np.flatnonzero(rows.jacobian[r])
+            weight = z[r] * rows.jacobian[r, columns].prod()
+            out[np.ix_(columns, columns)] += weight * np.array([[1.0, -1.0], [-1.0, 1.0]])
+        elif name == "frequency":
+            plane, mode = divmod(int(r - np.flatnonzero(rows.group == rows.group[r])[0]), 2)
+            out -= z[r] * frequency_curvature(state.design, state.frequencies, plane, mode)
+    values, vectors = np.linalg.eigh(out)
+    return np.asarray((vectors * np.maximum(values, _RIDGE)) @ vectors.T)
 
 
 def _subproblem(
