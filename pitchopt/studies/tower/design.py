@@ -25,10 +25,10 @@ from pitchopt.checks import FloatArray, finite_array, finite_number
 from pitchopt.errors import InputError
 from pitchopt.turbines import Tower, Turbine
 
-__all__ = ["Joints", "TowerDesign", "station_joints"]
+__all__ = ["INSIDE", "Joints", "TowerDesign", "station_joints"]
 
 _TRANSITION = 0.05  # length over which the wall of one element becomes that of the next [m]
-_INSIDE = 4  # parts of an element between which mass and stiffness are linear
+INSIDE = 4  # parts of an element between which mass and stiffness are linear
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ class TowerDesign:
         for e in range(self.elements):
             low = reach if e else 0.0
             high = 1.0 - reach if e < self.elements - 1 else 1.0
-            share = np.concatenate([[low], np.linspace(0.0, 1.0, _INSIDE + 1)[1:-1], [high]])
+            share = np.concatenate([[low], np.linspace(0.0, 1.0, INSIDE + 1)[1:-1], [high]])
             height.append((e + share) * part)
             middle.append(self.diameter[e] + share * (self.diameter[e + 1] - self.diameter[e]))
             wall.append(np.full(share.size, self.thickness[e]))
