@@ -5,9 +5,9 @@ import warnings
 import cvxpy as cp
 import numpy as np
 import pytest
+from convex_examples import CONSTRAINTS, problem, solve, solved_at
 
 from pitchopt.sensitivity import PostOptimum
-from convex_examples import CONSTRAINTS, problem, solve, solved_at
 
 pytestmark = pytest.mark.filterwarnings(r"ignore:\s*Explicitly invoking")
 
