@@ -62,7 +62,7 @@ class TowerLimits:
         If a number is out of range or two contradict each other.
     """
 
-    frequency_margin: float | None = 0.1
+    frequency_margin: float | None = 0.15
     largest_damage: float = 1.0
     largest_diameter: float = 6.0
     top_diameter: float = 3.0
@@ -106,19 +106,8 @@ class TowerLimits:
         return "soft-soft" if self.frequency_margin is None else "standard"
 
     def least_frequency(self, turbine: Turbine) -> float | None:
-        """f_1P / (1 - delta) [Hz] at the turbine's largest rotor speed; None for soft-soft.
-
-        Raises
-        ------
-        InputError
-            If the turbine's largest rotor speed is not known and needed.
-        """
+        """f_1P / (1 - delta) [Hz] at the turbine's rated rotor speed; None for soft-soft."""
         if self.frequency_margin is None:
             return None
-        speed = turbine.max_rotor_speed
-        if speed is None:
-            raise InputError(
-                f"turbine {turbine.name!r}: max_rotor_speed is not known, which the frequency "
-                "limit needs; give it, or set frequency_margin to None"
-            )
+        speed = turbine.rated_rotor_speed
         return speed / (2.0 * np.pi) / (1.0 - self.frequency_margin)
