@@ -21,7 +21,6 @@ Source: H. Walker, P. Ni, Anderson acceleration for fixed-point iterations, SIAM
 from __future__ import annotations
 
 import dataclasses
-import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -36,10 +35,11 @@ from pitchopt.studies.tower.sizing import Sizing, scaled_start, size_tower
 
 __all__ = ["OptimalTower", "Round", "optimal_tower"]
 
+_DIGITS = 5  # of diameters and walls of simulated designs [m]
 _FURTHEST = 0.7  # of theta; beyond, the rounds do not contract
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Round:
     """One set and the sizing that followed.
 
@@ -51,11 +51,15 @@ class Round:
         Of the sized tower [kg].
     change : float
         Of any diameter or wall from the simulated design, largest [-].
+    set_seconds, sizing_seconds : float
+        Wall times; of the set when it was simulated.
     """
 
     key: str
     mass: float
     change: float
+    set_seconds: float
+    sizing_seconds: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -70,21 +74,22 @@ class OptimalTower:
         Weight c of the regulator [s^2/m^2].
     sizing : Sizing
         Last sizing: design, mass, multipliers.
+    simulated : TowerDesign
+        Design whose loads it was sized for.
     load_set : LoadSet
-        Loads that it was sized for.
+        Those loads.
     rounds : tuple of Round
     converged : bool
         Whether the last change was within the threshold.
-    seconds : float
     """
 
     hub_height: float
     tower_velocity: float
     sizing: Sizing
+    simulated: TowerDesign
     load_set: LoadSet
     rounds: tuple[Round, ...]
     converged: bool
-    seconds: float
 
     @property
     def design(self) -> TowerDesign:
@@ -136,7 +141,6 @@ def optimal_tower(
     """
     threshold = finite_number("threshold", threshold, above=0.0)
     most = whole_number("rounds", rounds, at_least=1)
-    began = clock.perf_counter()
     reference = sets.reference
     if start is None:
         design = scaled_start(reference, hub_height)
@@ -147,6 +151,7 @@ def optimal_tower(
             thickness=start.thickness,
             reference=reference,
         )
+    design = _rounded(design)
     done: list[Round] = []
     before: tuple[FloatArray, FloatArray] | None = None
     while True:
@@ -157,7 +162,15 @@ def optimal_tower(
                 f"no {limits.configuration} tower at a hub height of {hub_height:g} m with c = "
                 f"{tower_velocity:g}: {sizing.message}"
             )
-        done.append(Round(found.key, sizing.mass, sizing.design.change_from(design)))
+        done.append(
+            Round(
+                key=found.key,
+                mass=sizing.mass,
+                change=sizing.design.change_from(design),
+                set_seconds=found.seconds,
+                sizing_seconds=sizing.seconds,
+            )
+        )
         if on_round is not None:
             on_round(done[-1])
         if done[-1].change <= threshold or len(done) == most:
@@ -165,10 +178,10 @@ def optimal_tower(
                 hub_height=hub_height,
                 tower_velocity=tower_velocity,
                 sizing=sizing,
+                simulated=design,
                 load_set=found,
                 rounds=tuple(done),
                 converged=done[-1].change <= threshold,
-                seconds=clock.perf_counter() - began,
             )
         sized = _logarithms(sizing.design)
         moved = sized - _logarithms(design)
@@ -189,4 +202,13 @@ def _logarithms(design: TowerDesign) -> FloatArray:
 def _designed(logarithms: FloatArray, like: TowerDesign) -> TowerDesign:
     sizes = np.exp(logarithms)
     nodes = like.elements + 1
-    return dataclasses.replace(like, diameter=sizes[:nodes], thickness=sizes[nodes:])
+    return _rounded(dataclasses.replace(like, diameter=sizes[:nodes], thickness=sizes[nodes:]))
+
+
+def _rounded(design: TowerDesign) -> TowerDesign:
+    """Sizes to a hundredth of a millimetre, so that rounding errors ask for no other set."""
+    return dataclasses.replace(
+        design,
+        diameter=np.round(design.diameter, _DIGITS),
+        thickness=np.round(design.thickness, _DIGITS),
+    )
