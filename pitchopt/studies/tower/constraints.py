@@ -17,17 +17,27 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pitchopt.checks import FloatArray
-from pitchopt.studies.tower.design import TowerDesign, station_joints
+from pitchopt.studies.tower.design import Joints, TowerDesign, station_joints
 from pitchopt.studies.tower.fatigue_loads import FatigueLoads
 from pitchopt.studies.tower.frequencies import Frequencies, natural_frequencies
 from pitchopt.studies.tower.limits import TowerLimits
 
-__all__ = ["Rows", "TowerConstraints", "constraint_rows", "tower_constraints"]
+__all__ = [
+    "Rows",
+    "TowerConstraints",
+    "constraint_rows",
+    "fatigue_curvature",
+    "geometry_rows",
+    "tower_constraints",
+]
+
+_STEP = 0.01  # of a logarithm, for second derivatives of damage
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -110,9 +120,9 @@ class Rows:
     place: NDArray[np.intp]
     sizes: tuple[int, ...]
 
-    def name(self, row: int) -> str:
-        """Group of a row."""
-        return _GROUPS[self.group[row]]
+    def of(self, name: str) -> NDArray[np.intp]:
+        """Rows of a group."""
+        return np.flatnonzero(self.group == _GROUPS.index(name))
 
     def gather(self, numbers: FloatArray, *, add: bool) -> TowerConstraints:
         """Rows' numbers by group: their sum, or the largest."""
@@ -128,10 +138,17 @@ class Rows:
 class _Builder:
     """Collects rows."""
 
-    def __init__(self, elements: int, sizes: dict[str, int]) -> None:
+    def __init__(self, elements: int, stations: int, limits: TowerLimits) -> None:
         self.elements = elements
-        self.sizes = tuple(sizes[name] for name in _GROUPS)
-        self.parts: list[tuple[FloatArray, ...]] = []
+        sizes = {
+            "fatigue": stations,
+            "frequency": 0 if limits.frequency_margin is None else 2,
+            "largest_diameter": elements + 1,
+            "top_diameter": 1,
+            "wall_step": elements - 1,
+        }
+        self.sizes = tuple(sizes.get(name, elements) for name in _GROUPS)
+        self.parts: list[tuple[NDArray[Any], ...]] = []
 
     def add(
         self,
@@ -160,8 +177,12 @@ class _Builder:
         self.parts.append((log, jacobian, value, rate, group, place))
 
     def rows(self) -> Rows:
-        columns = (np.concatenate(column) for column in zip(*self.parts, strict=True))
-        return Rows(*columns, sizes=self.sizes)  # type: ignore[arg-type]
+        names = ("log", "jacobian", "value", "rate", "group", "place")
+        columns: dict[str, Any] = {
+            name: np.concatenate(column)
+            for name, column in zip(names, zip(*self.parts, strict=True), strict=True)
+        }
+        return Rows(**columns, sizes=self.sizes)
 
 
 def constraint_rows(
@@ -171,15 +192,7 @@ def constraint_rows(
     frequencies: Frequencies | None = None,
 ) -> Rows:
     """All constraints of a design with slopes; frequencies are computed where not given."""
-    count = design.elements
-    sizes = {
-        "fatigue": loads.stations,
-        "frequency": 0 if limits.frequency_margin is None else 2,
-        "largest_diameter": count + 1,
-        "top_diameter": 1,
-        "wall_step": count - 1,
-    }
-    build = _Builder(count, {name: sizes.get(name, count) for name in _GROUPS})
+    build = _Builder(design.elements, loads.stations, limits)
     _fatigue(build, design, loads, limits)
     least = limits.least_frequency(design.reference)
     if least is not None:
@@ -192,6 +205,13 @@ def constraint_rows(
             jacobian=-slopes.reshape(4, -1),
             upper=False,
         )
+    _geometry(build, design, limits)
+    return build.rows()
+
+
+def geometry_rows(design: TowerDesign, limits: TowerLimits) -> Rows:
+    """Constraints that know neither loads nor frequencies."""
+    build = _Builder(design.elements, 0, limits)
     _geometry(build, design, limits)
     return build.rows()
 
@@ -215,6 +235,53 @@ def _fatigue(
         ],
         thickness=[(joints.element, damage.by_thickness)],
     )
+
+
+def fatigue_curvature(
+    design: TowerDesign, loads: FatigueLoads, multipliers: FloatArray
+) -> FloatArray:
+    """Second derivatives of the fatigue rows times their multipliers, by (ln d, ln t).
+
+    Differences over 1 % of the damage's slopes, which is the width of the loads' bins, and the
+    exact second derivative of a diameter between two nodes.
+
+    Parameters
+    ----------
+    design : TowerDesign
+    loads : FatigueLoads
+    multipliers : ndarray (P,)
+        Of the rows of fatigue in their order.
+
+    Returns
+    -------
+    ndarray (2 E + 1, 2 E + 1)
+    """
+    size, count = 2 * design.elements + 1, design.elements
+    every = station_joints(loads.stations, count)
+    some = np.flatnonzero(multipliers)
+    joints = Joints(every.station[some], every.element[some], every.share[some])
+    z = multipliers[some]
+    middle, wall = design.joint_sections(joints)
+    second = np.empty((some.size, 2, 2))
+    for k in range(2):
+        low, high = (
+            loads.damage(
+                joints, middle * (factor if k == 0 else 1.0), wall * (factor if k else 1.0)
+            )
+            for factor in (1.0 - 0.5 * _STEP, 1.0 + 0.5 * _STEP)
+        )
+        second[:, 0, k] = (high.by_diameter - low.by_diameter) / _STEP
+        second[:, 1, k] = (high.by_thickness - low.by_thickness) / _STEP
+    second = 0.5 * (second + np.swapaxes(second, 1, 2)) * z[:, None, None]
+    slope = z * loads.damage(joints, middle, wall).by_diameter
+    by = np.zeros((2, some.size, size))
+    rows = np.arange(some.size)
+    below = (1.0 - joints.share) * design.diameter[joints.element] / middle
+    by[0, rows, joints.element] = below
+    by[0, rows, joints.element + 1] = 1.0 - below
+    by[1, rows, count + 1 + joints.element] = 1.0
+    out = np.einsum("jkl,kja,ljb->ab", second, by, by)
+    return np.asarray(out + np.diag(slope @ by[0]) - (by[0] * slope[:, None]).T @ by[0])
 
 
 def _geometry(build: _Builder, design: TowerDesign, limits: TowerLimits) -> None:
