@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitchopt.checks import FloatArray
+from pitchopt.errors import InputError
 from pitchopt.studies.tower.design import Joints, TowerDesign, station_joints
 from pitchopt.studies.tower.fatigue_loads import FatigueLoads
 from pitchopt.studies.tower.frequencies import Frequencies, natural_frequencies
@@ -219,6 +220,8 @@ def geometry_rows(design: TowerDesign, limits: TowerLimits) -> Rows:
 def _fatigue(
     build: _Builder, design: TowerDesign, loads: FatigueLoads, limits: TowerLimits
 ) -> None:
+    if loads.stations < 2:
+        raise InputError(f"loads: got {loads.stations} station, expected at least base and top")
     joints = station_joints(loads.stations, design.elements)
     middle, wall = design.joint_sections(joints)
     damage = loads.damage(joints, middle, wall)

@@ -45,7 +45,7 @@ class TowerLimits:
         c_d, least ratio of the diameters at an element's upper and lower end [-].  0.8 over
         10.8 m and from 6 m is a half-angle of 3.2 degrees; the tower named has 0.83.
     wall_step : float
-        c_t, largest ratio of the walls of neighbours [-], either way; the tower named has 1.21.
+        c_t, largest ratio of the walls of neighbours [-], either way; the tower named has 1.20.
     slenderness : float
         r, largest outer diameter over wall [-].  With 200, E / f_y = 210 / 0.355 and fabrication
         class B, a medium-long cylinder in meridional compression keeps a characteristic
