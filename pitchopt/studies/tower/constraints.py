@@ -111,6 +111,11 @@ class Rows:
         g and dg/dc [-].
     group, place : int array (R,)
         Field of `TowerConstraints` and place in it.
+    implied : bool array (R,)
+        Whether other rows imply this one, which then has no multiplier of its own: limits at an
+        element's upper end, as towers do not widen upwards.
+    sizes : tuple of int
+        Of the groups.
     """
 
     log: FloatArray
@@ -119,6 +124,7 @@ class Rows:
     rate: FloatArray
     group: NDArray[np.intp]
     place: NDArray[np.intp]
+    implied: NDArray[np.bool_]
     sizes: tuple[int, ...]
 
     def of(self, name: str) -> NDArray[np.intp]:
@@ -163,6 +169,7 @@ class _Builder:
         upper: bool = True,
         value: FloatArray | None = None,
         rate: FloatArray | None = None,
+        implied: NDArray[np.bool_] | None = None,
     ) -> None:
         """Rows of a group: c, and its slopes as (column, slope) or as a matrix."""
         if jacobian is None:
@@ -175,10 +182,12 @@ class _Builder:
             value = np.expm1(log) if upper else -np.expm1(-log)
             rate = np.exp(log) if upper else np.exp(-log)
         group = np.full(log.size, _GROUPS.index(name))
-        self.parts.append((log, jacobian, value, rate, group, place))
+        if implied is None:
+            implied = np.zeros(log.size, dtype=np.bool_)
+        self.parts.append((log, jacobian, value, rate, group, place, implied))
 
     def rows(self) -> Rows:
-        names = ("log", "jacobian", "value", "rate", "group", "place")
+        names = ("log", "jacobian", "value", "rate", "group", "place", "implied")
         columns: dict[str, Any] = {
             name: np.concatenate(column)
             for name, column in zip(names, zip(*self.parts, strict=True), strict=True)
@@ -294,6 +303,7 @@ def _geometry(build: _Builder, design: TowerDesign, limits: TowerLimits) -> None
     one = np.ones(count)
     ends = np.concatenate([e, e + 1])  # nodes at the elements' lower and upper ends
     own = np.concatenate([e, e])
+    upper_end = np.repeat([False, True], count)
     outer = d[ends] + t[own]
     part = d[ends] / outer
     build.add(
@@ -302,6 +312,7 @@ def _geometry(build: _Builder, design: TowerDesign, limits: TowerLimits) -> None
         np.log(outer / limits.largest_diameter),
         diameter=[(ends, part)],
         thickness=[(own, 1.0 - part)],
+        implied=upper_end,
     )
     build.add(
         "top_diameter",
@@ -334,6 +345,7 @@ def _geometry(build: _Builder, design: TowerDesign, limits: TowerLimits) -> None
         thickness=[(own, -np.ones(2 * count))],
         value=(slender + 1.0) / limits.slenderness - 1.0,
         rate=slender / limits.slenderness,
+        implied=upper_end,
     )
     build.add("least_wall", e, np.log(limits.least_wall / t), thickness=[(e, -one)], upper=False)
     build.add("largest_wall", e, np.log(t / limits.largest_wall), thickness=[(e, one)])

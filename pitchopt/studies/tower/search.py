@@ -105,7 +105,7 @@ class _State:
         frequencies = natural_frequencies(design)
         rows = constraint_rows(design, loads, limits, frequencies)
         x = np.log(np.concatenate([design.diameter, design.thickness]))
-        log = np.maximum(rows.log, _LEAST_LOG)
+        log = np.where(rows.implied, _LEAST_LOG, np.maximum(rows.log, _LEAST_LOG))
         return cls(design, frequencies, rows, x, log, loads, limits)
 
     def moved(self, step: FloatArray) -> _State | None:
@@ -219,9 +219,10 @@ def _within_geometry(design: TowerDesign, limits: TowerLimits) -> TowerDesign:
     size = 2 * design.elements + 1
     for _ in range(_SHAPING):
         rows = geometry_rows(design, limits)
-        if rows.log.max() <= 1e-6:
+        log = np.where(rows.implied, _LEAST_LOG, rows.log)
+        if log.max() <= 1e-6:
             break
-        step, _ = _subproblem(np.zeros(size), np.eye(size), rows, rows.log, 2.0, 1e3)
+        step, _ = _subproblem(np.zeros(size), np.eye(size), rows, log, 2.0, 1e3)
         values = np.exp(step)
         design = dataclasses.replace(
             design,
@@ -285,7 +286,8 @@ def _subproblem(
     n = gradient.size
     jacobian = rows.jacobian
     # rows that no step within the trust region can break are left out
-    keep = np.flatnonzero(log + radius * np.abs(jacobian).sum(axis=1) > -1e-3)
+    reach = radius * np.abs(jacobian).sum(axis=1)
+    keep = np.flatnonzero(~rows.implied & (log + reach > -1e-3))
     count = keep.size
     unit = np.eye(n)
     matrix = sparse.csc_matrix(

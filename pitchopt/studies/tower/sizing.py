@@ -46,7 +46,8 @@ class Sizing:
     constraints : TowerConstraints
         g, at most zero where kept [-].
     multipliers : TowerConstraints
-        [kg]; where infeasible they belong to the penalty and mean nothing.
+        [kg].  Those of the shape's limits need not be unique, as where several hold a can in
+        place together; where infeasible they belong to the penalty and mean nothing.
     frequencies : Frequencies
     error : float
         Largest of violation, stationarity of ln m and complementarity [-].

@@ -196,6 +196,18 @@ def test_result_gathers_rows(turbine: Turbine, loads: FatigueLoads, standard: Si
     assert values.frequency == pytest.approx(1.0 - frequency / least)
 
 
+def test_upper_ends_are_implied(turbine: Turbine, loads: FatigueLoads) -> None:
+    """Left out of the search, kept nonetheless, and without multipliers."""
+    found = lightest(scaled_start(turbine, 110.0), loads, STANDARD, tolerance=1e-8, most=50)
+    rows = found.rows
+    assert rows.implied.sum() == 20
+    assert np.all(found.multipliers[rows.implied] == 0.0)
+    assert rows.value[rows.implied].max() <= 1e-7
+    for name in ("slenderness", "largest_diameter"):
+        lower, upper = np.split(rows.value[rows.of(name)], 2)
+        assert np.all(upper <= lower + 1e-9)
+
+
 def test_active_constraints_of_both_configurations(standard: Sizing, soft: Sizing) -> None:
     assert "frequency" in standard.active()
     assert standard.active()["frequency"] == [0]
@@ -293,6 +305,9 @@ def test_any_start_ends_at_the_same_tower(
         assert found.converged
         assert found.mass == pytest.approx(reference.mass, rel=3e-6)
         assert found.iterations < 20
+        for name in ("fatigue", "frequency"):  # what the controller and the rotor act on
+            mine, theirs = (getattr(s.relative_multipliers(), name) for s in (found, reference))
+            assert mine == pytest.approx(theirs, abs=1e-3), name
 
 
 # multipliers are what a limit costs
