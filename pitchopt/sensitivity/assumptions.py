@@ -37,6 +37,10 @@ def stationarity(local: Local, thresholds: Thresholds) -> Assumption:
     measure, limit = local.stationarity, thresholds.stationarity
     holds = measure <= limit
     message = f"grad_x L at the optimum is {measure:.2g} of the size of grad_x f"
+    if local.gradients.error > 0.0:
+        message += (
+            f" (gradients by differences, with a relative error of {local.gradients.error:.1g})"
+        )
     if not holds:
         message += (
             f", above {limit:.2g}: the multipliers do not belong to this optimum, or the functions "

@@ -108,9 +108,10 @@ class Local:
         change = self._lagrangian(there) - self.lagrangian
         pieces = abs(self.gradients.entries).T @ np.abs(self._model.multipliers)
         noise = ROUNDING + max(there.error, self.gradients.error)
-        noise *= float(np.linalg.norm(np.abs(self.gradients.objective) + pieces))
+        terms = (np.abs(self.gradients.objective) + pieces) * self.scale
+        noise *= float(np.linalg.norm(terms))
         off = float(np.linalg.norm(change))
-        return 0.0 if off <= noise * float(np.max(self.scale, initial=0.0)) else off / self.size
+        return 0.0 if off <= noise else off / self.size
 
     def _carrying_weights(self) -> sparse.csr_array:
         """Carrying rows as weighted sums of entries, (S, N)."""
