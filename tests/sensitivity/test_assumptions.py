@@ -44,6 +44,17 @@ def test_re_evaluated_constraint_becomes_active_or_violated():
     assert "0.4 of the size of x" in e.active_set.message
 
 
+def test_row_that_the_step_of_a_vertex_repairs_does_not_count():
+    """c <= x <= c + 1: at c - 2 the old x is above both, the new one between them."""
+    po = PostOptimum.from_functions(
+        lambda x, _c: x[0], lambda x, c: [c - x[0], x[0] - c - 1.0],
+        x=[1.0], c=1.0, multipliers=[1.0, 0.0],
+    )  # fmt: skip
+    e = po.estimate(-2.0)
+    assert e.active_set.verdict == "holds"
+    assert e.high_order == e.attained == pytest.approx(-2.0)
+
+
 def test_active_constraint_without_a_multiplier_is_left_or_tightened():
     po = PostOptimum.from_functions(
         lambda x, _c: (x[0] - 1.0) ** 2, lambda x, c: x[0] - 1.0 - c,
@@ -217,3 +228,38 @@ def test_thousands_of_rows_stay_fast():
     assert estimates[0].first_order == pytest.approx(truth, rel=0.1)
     assert len(estimates[0].largest(5)) == 5
     assert seconds < 5.0
+
+
+def test_apex_of_a_cone_that_cannot_be_held():
+    """At radius zero the multiplier is not unique: the derivative is -sqrt(5), not what it says."""
+    x, c = cp.Variable(3), cp.Parameter(value=0.0)
+    prob = cp.Problem(cp.Minimize(x[0] + 2.0 * x[1]), [cp.SOC(c, x[:2]), x[2] == 1.0])
+    prob.solve(**TIGHT)
+    e = PostOptimum.from_cvxpy(prob, c, names=["disc", "axis"]).estimate(0.2)
+    assert e.active_set.verdict == "broken"
+    assert "not to be held together: disc" in e.active_set.message
+
+
+def test_apex_of_a_cone_that_moves_as_a_whole():
+    """min t + 0.3 x1 with ||x - c|| <= t: t = 0, all entries are held, and x follows c."""
+    x, t, c = cp.Variable(2, name="x"), cp.Variable(), cp.Parameter(value=1.0)
+    prob = cp.Problem(cp.Minimize(0.3 * x[0] + t), [cp.SOC(t, x - c), cp.sum(x) <= 9.0])
+    prob.solve(**TIGHT)
+    e = PostOptimum.from_cvxpy(prob, c).estimate(0.5)
+    assert e.active_set.verdict == "holds" and e.linearity.verdict == "holds"
+    assert sorted(e.predicted_step) == pytest.approx([0.0, 0.5, 0.5], abs=1e-6)
+    assert e.high_order == pytest.approx(0.15, abs=1e-6)
+    assert e.attained == pytest.approx(0.15, abs=1e-6)
+
+
+def test_definite_constraint_of_rank_two_holds_a_block():
+    """diag(x1 - c, x2 - c, 1) >= 0 with both pushed down: both follow c."""
+    x, c = cp.Variable(2), cp.Parameter(value=1.0)
+    prob = cp.Problem(
+        cp.Minimize(2.0 * x[0] + x[1]), [cp.diag(cp.hstack([x - c, 1.0])) >> 0, x <= 7.0]
+    )
+    prob.solve(**TIGHT)
+    e = PostOptimum.from_cvxpy(prob, c).estimate(0.5)
+    assert e.predicted_step == pytest.approx([0.5, 0.5], abs=1e-5)
+    assert e.active_set.verdict == "holds"
+    assert e.high_order == pytest.approx(1.5, abs=1e-5)
