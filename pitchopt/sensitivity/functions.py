@@ -196,7 +196,7 @@ class FunctionModel:
             )
             self._slopes[key] = known
         _, unit = known
-        error = None if unit.error is None else unit.error * length
+        error = None if unit.error is None else float(unit.error * length)
         return Slope(unit.objective * length, unit.entries * length, error, unit.step)
 
     def unmet(self, c: NDArray[np.float64], tolerance: float) -> Unmet | None:

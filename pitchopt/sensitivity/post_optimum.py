@@ -349,7 +349,7 @@ class PostOptimum:
             return None
         if self._exceeds(moved):
             return None
-        return self._model.sense * (moved.objective - self._start.objective)
+        return float(self._model.sense * (moved.objective - self._start.objective))
 
     def _feasible(self, c: NDArray[np.float64], there: Values) -> None:
         if not self._exceeds(there):

@@ -52,7 +52,8 @@ def test_row_that_the_step_of_a_vertex_repairs_does_not_count():
     )  # fmt: skip
     e = po.estimate(-2.0)
     assert e.active_set.verdict == "holds"
-    assert e.high_order == e.attained == pytest.approx(-2.0)
+    assert e.high_order == pytest.approx(-2.0)
+    assert e.attained == pytest.approx(-2.0)
 
 
 def test_active_constraint_without_a_multiplier_is_left_or_tightened():
