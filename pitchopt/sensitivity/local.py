@@ -1,0 +1,146 @@
+"""The optimum seen from close by: sizes, active rows, stationarity, and the predicted step.
+
+Everything is made free of scales by the sizes D of the variables: a row's length is the norm of its
+gradient times D, the objective's size F' is the norm of D grad F or, where that vanishes inside
+the feasible set, what a step of a tenth of D changes F by, ten times.  A row is
+
+    carrying   if its multiplier times its length over F' is above both its distance from the limit
+               over its length and a threshold (an interior-point solver leaves both positive),
+    idle       if it is at its limit and carries nothing,
+    inactive   otherwise.  Equalities always carry.
+
+The predicted step is the smallest, in variables over D, that keeps the carrying rows where they
+were: grad_x r_i . dx = -(r_i(x*, c_r + dc) - r_i(x*, c_r)); of a cone, the entries weighted with
+its multiplier stand for the row, the supporting plane.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from pitchopt.checks import FloatArray
+from pitchopt.errors import InputError
+from pitchopt.sensitivity.estimate import Thresholds
+from pitchopt.sensitivity.model import Gradients, Model, Values
+
+__all__ = ["Local", "Rows", "classify"]
+
+PROBE = 0.1
+DENSE = 4_000_000
+ROUNDING = 1e-12
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Which rows do what, masks (M,), and their lengths (M,)."""
+
+    carrying: NDArray[np.bool_]
+    idle: NDArray[np.bool_]
+    inactive: NDArray[np.bool_]
+    length: FloatArray
+
+
+def classify(
+    model: Model, values: Values, length: FloatArray, size: float, thresholds: Thresholds
+) -> Rows:
+    """Carrying, idle and inactive rows."""
+    layout = model.layout
+    distance = -layout.excess(values.entries) / length
+    with np.errstate(over="ignore"):
+        carried = np.abs(layout.multiplier(model.multipliers)) * length / size
+    carrying = layout.equality | (carried > np.maximum(distance, thresholds.multiplier))
+    idle = ~carrying & (distance <= thresholds.active)
+    return Rows(carrying, idle, ~carrying & ~idle, length)
+
+
+class Local:
+    """Gradients at c_r and what follows from them."""
+
+    def __init__(
+        self, model: Model, values: Values, gradients: Gradients, thresholds: Thresholds
+    ) -> None:
+        scale = model.scale
+        if scale is None:
+            raise InputError("x: a model with gradients in x needs the sizes of x")
+        self._model, self._values, self.gradients = model, values, gradients
+        self.scale = scale
+        layout = model.layout
+        self.scaled = sparse.csr_array(gradients.entries * scale[None, :])
+        square = np.asarray(self.scaled.multiply(self.scaled).sum(axis=1), dtype=np.float64).ravel()
+        length = np.sqrt(layout.sums(square))
+        # a row that no variable moves is measured by its own size
+        own = np.sqrt(layout.sums(values.entries**2))
+        length = np.where(length > 0.0, length, np.where(own > 0.0, own, 1.0))
+        self.size = self._objective_size()
+        self.rows = classify(model, values, length, self.size, thresholds)
+        self.lagrangian = self._lagrangian(gradients)
+        self.stationarity = float(np.linalg.norm(self.lagrangian)) / self.size
+        self._weights = self._carrying_weights()
+        self._factors: tuple[FloatArray, FloatArray, FloatArray] | None = None
+
+    def _objective_size(self) -> float:
+        slope = float(np.linalg.norm(self.gradients.objective * self.scale))
+        move = self._model.tangent(PROBE * self.scale)
+        try:
+            there = self._model.values(self._model.reference, move).objective
+            probed = abs(there - self._values.objective) / PROBE
+        except InputError:  # the probe left the domain
+            probed = 0.0
+        return max(slope, probed) or 1.0
+
+    def _lagrangian(self, gradients: Gradients) -> FloatArray:
+        """D grad_x L."""
+        total = gradients.objective + gradients.entries.T @ self._model.multipliers
+        return np.asarray(total * self.scale)
+
+    def coupling(self, there: Gradients) -> float:
+        """What dc changes grad_x L by, over the size of the objective's gradient."""
+        change = self._lagrangian(there) - self.lagrangian
+        pieces = abs(self.gradients.entries).T @ np.abs(self._model.multipliers)
+        noise = ROUNDING + max(there.error, self.gradients.error)
+        noise *= float(np.linalg.norm(np.abs(self.gradients.objective) + pieces))
+        off = float(np.linalg.norm(change))
+        return 0.0 if off <= noise * float(np.max(self.scale, initial=0.0)) else off / self.size
+
+    def _carrying_weights(self) -> sparse.csr_array:
+        """Carrying rows as weighted sums of entries, (S, N)."""
+        layout, lam = self._model.layout, self._model.multipliers
+        rows = np.flatnonzero(self.rows.carrying)
+        place = np.full(layout.rows, -1)
+        place[rows] = np.arange(rows.size)
+        entries = np.flatnonzero(place[layout.row_of] >= 0)
+        owner = layout.row_of[entries]
+        number = layout.multiplier(lam)[owner]
+        conic = layout.conic[owner]
+        weight = np.where(conic, lam[entries] / np.where(conic, number, 1.0), 1.0)
+        return sparse.csr_array((weight, (place[owner], entries)), shape=(rows.size, layout.size))
+
+    def step(self, change: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Predicted dx (n,) for changes of the entries, and what it leaves of each row (S,).
+
+        What is left is the excess of the carrying rows after the step, over their length.
+        """
+        length = self.rows.length[self.rows.carrying]
+        matrix = sparse.csr_array(sparse.diags_array(1.0 / length) @ (self._weights @ self.scaled))
+        wanted = -(self._weights @ change) / length
+        if wanted.size == 0:
+            return np.zeros(self.scale.size), np.zeros(0)
+        u = self._smallest(matrix, wanted)
+        return self._model.tangent(u * self.scale), np.asarray(matrix @ u - wanted)
+
+    def _smallest(self, matrix: sparse.csr_array, wanted: FloatArray) -> FloatArray:
+        if matrix.shape[0] * matrix.shape[1] > DENSE:
+            from scipy.sparse.linalg import lsmr
+
+            found = lsmr(matrix, wanted, atol=1e-12, btol=1e-12, maxiter=20 * max(matrix.shape))
+            return np.asarray(found[0])
+        if self._factors is None:
+            u, s, vt = np.linalg.svd(matrix.toarray(), full_matrices=False)
+            kept = s > 1e-10 * s[0]
+            self._factors = (u[:, kept], s[kept], vt[kept])
+        u, s, vt = self._factors
+        return np.asarray(vt.T @ ((u.T @ wanted) / s))

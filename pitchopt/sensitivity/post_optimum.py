@@ -1,0 +1,391 @@
+"""Estimates of how an optimal value changes with a frozen parameter, from one solved problem.
+
+For  min or max f(x, c)  s.t.  g(x, c) <= 0, h(x, c) = 0 and cones, solved at c_r with optimum x*
+and multipliers lambda*, the change of the optimal value for a change dc is, with x* and lambda*
+frozen,
+
+    first-order    dz = grad_c L(x*, c_r, lambda*) . dc
+    high-order     dz = L(x*, c_r + dc, lambda*) - L(x*, c_r, lambda*)
+
+L = f + lambda . g + nu . h for a minimum and f - lambda . g - nu . h for a maximum, lambda >= 0.
+The first is exact as dc -> 0 (envelope theorem); for a minimum that is jointly convex in (x, c) it
+is a lower bound of the change, for a maximum jointly concave an upper bound.  The second keeps
+how f and g curve in c, and is exact if L is linear in x, x and c do not couple and the active set
+stays.  What looks broken of that is reported with every estimate.
+
+References: J. Iori, C. L. Bottasso, M. K. McWilliam, eqs. (8) and (9); E. Castillo, R. Minguez,
+C. Castillo, Reliab. Eng. Syst. Saf. 93, 2008.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pitchopt.checks import FloatArray
+from pitchopt.errors import InputError
+from pitchopt.sensitivity import assumptions as judge
+from pitchopt.sensitivity.estimate import Estimate, Thresholds
+from pitchopt.sensitivity.functions import Function, FunctionModel, GradientsOf, parameter_array
+from pitchopt.sensitivity.local import Local, Rows, classify
+from pitchopt.sensitivity.model import Counts, Model, Values
+from pitchopt.sensitivity.rows import listed
+from pitchopt.sensitivity.table import TableModel
+
+__all__ = ["PostOptimum"]
+
+
+class PostOptimum:
+    """A solved problem, ready for estimates.
+
+    Made by `from_functions`, `from_table` or `from_cvxpy`.
+
+    Parameters
+    ----------
+    model : Model
+    thresholds : Thresholds, optional
+        Of the verdicts.
+    """
+
+    def __init__(self, model: Model, *, thresholds: Thresholds | None = None) -> None:
+        self._model = model
+        self._thresholds = thresholds or Thresholds()
+        self._start = model.values(model.reference)
+        self._local: Local | None = None
+        gradients = model.gradients(model.reference)
+        if gradients is not None:
+            self._local = Local(model, self._start, gradients, self._thresholds)
+        self._rows = self._local.rows if self._local is not None else self._rows_without_gradients()
+        self._checked_optimum()
+
+    @classmethod
+    def from_functions(
+        cls,
+        f: Function,
+        g: Function | None = None,
+        h: Function | None = None,
+        *,
+        x: ArrayLike,
+        c: ArrayLike,
+        multipliers: ArrayLike | None = None,
+        equality_multipliers: ArrayLike | None = None,
+        sense: Literal["min", "max"] = "min",
+        names: str | Sequence[str] | None = None,
+        equality_names: str | Sequence[str] | None = None,
+        c_gradients: GradientsOf | None = None,
+        x_gradients: GradientsOf | Literal["differences", "none"] = "differences",
+        step: float | None = None,
+        x_scale: ArrayLike | None = None,
+        thresholds: Thresholds | None = None,
+    ) -> PostOptimum:
+        """From functions of (x, c).
+
+        A point is evaluated once, however often it is needed; `evaluations` counts.
+
+        Parameters
+        ----------
+        f, g, h : callable
+            (x, c) -> number, (m,) at most zero, (p,) equal to zero.  x arrives as (n,), c as a
+            float if the reference is a number, otherwise in its shape.
+        x : (n,) array_like
+            Optimum x*.
+        c : number or array_like
+            Reference c_r, of any shape.
+        multipliers : (m,) array_like
+            lambda >= 0 of g.
+        equality_multipliers : (p,) array_like
+            nu of h.
+        sense : {"min", "max"}
+        names, equality_names : str or sequence of str, optional
+            Of the rows of g and h: one each, or one that is numbered.
+        c_gradients : callable, optional
+            (x, c) -> gradients in c of f (k,), g (m, k), h (p, k), for those given; without it,
+            differences along dc whose step is checked, three or more evaluations a direction.
+        x_gradients : callable, "differences" or "none"
+            (x, c) -> gradients in x of f (n,), g (m, n), h (p, n).  Differences take 4 n
+            evaluations at c_r and at every dc; "none" evaluates no other x and leaves the
+            assumptions that need them unjudged.
+        step : float, optional
+            Prescribed length of a forward step in c for first_order: one evaluation a direction,
+            none if that dc is estimated too, and no estimate of its error.
+        x_scale : (n,) array_like, optional
+            Sizes of the variables; their own absolute values otherwise.
+        thresholds : Thresholds, optional
+
+        Raises
+        ------
+        InputError
+            If something does not fit together, or x and the multipliers are no optimum.
+        ComputationError
+            If differences do not settle.
+        """
+        model = FunctionModel(
+            f, g, h, x=x, c=c, sense=sense, multipliers=multipliers,
+            equality_multipliers=equality_multipliers, names=names, equality_names=equality_names,
+            c_gradients=c_gradients, x_gradients=x_gradients, step=step, x_scale=x_scale,
+        )  # fmt: skip
+        return cls(model, thresholds=thresholds)
+
+    @classmethod
+    def from_table(
+        cls,
+        dcs: ArrayLike,
+        f: ArrayLike,
+        g: ArrayLike | None = None,
+        h: ArrayLike | None = None,
+        *,
+        multipliers: ArrayLike | None = None,
+        equality_multipliers: ArrayLike | None = None,
+        c: ArrayLike = 0.0,
+        sense: Literal["min", "max"] = "min",
+        names: str | Sequence[str] | None = None,
+        equality_names: str | Sequence[str] | None = None,
+        step: float | None = None,
+        thresholds: Thresholds | None = None,
+    ) -> PostOptimum:
+        """From values at (x*, c_r + dc) alone; nothing is evaluated.
+
+        Parameters
+        ----------
+        dcs : (K,) or (K, ...) array_like
+            Changes of c, one of them zero.
+        f : (K,) array_like
+        g : (K, m) array_like
+            At most zero.
+        h : (K, p) array_like
+            Equal to zero.
+        multipliers, equality_multipliers : array_like
+            lambda >= 0 (m,) and nu (p,).
+        c : number or array_like
+            Reference c_r.
+        sense, names, equality_names, thresholds
+            As in `from_functions`.
+        step : float, optional
+            Length of the dc of the table that first_order is taken with; otherwise the two
+            shortest of the direction of dc, extrapolated.
+
+        Raises
+        ------
+        InputError
+            If something does not fit together; later, for a dc that is not in the table.
+        """
+        model = TableModel(
+            dcs, f, g, h, c=c, sense=sense, multipliers=multipliers,
+            equality_multipliers=equality_multipliers, names=names, equality_names=equality_names,
+            step=step,
+        )  # fmt: skip
+        return cls(model, thresholds=thresholds)
+
+    @classmethod
+    def from_cvxpy(
+        cls,
+        problem: Any,
+        parameter: Any,
+        *,
+        names: Mapping[Any, str] | Sequence[str] | None = None,
+        thresholds: Thresholds | None = None,
+    ) -> PostOptimum:
+        """From a solved cvxpy problem; it is not solved again and left as it was.
+
+        Later changes of the problem's values do not reach the estimates.
+
+        Parameters
+        ----------
+        problem : cvxpy.Problem
+            Convex (DCP; it need not be DPP), solved to optimality by a solver that gives duals.
+        parameter : cvxpy.Parameter
+            Of any shape, with its value c_r.
+        names : mapping of constraint to str, or sequence of str, optional
+            Of the constraints; cvxpy's own labels or texts otherwise.
+        thresholds : Thresholds, optional
+
+        Raises
+        ------
+        InputError
+            If the problem is not solved, not convex or has no duals, or the parameter is not its.
+        """
+        from pitchopt.sensitivity.convex import ConvexModel
+
+        return cls(ConvexModel(problem, parameter, names=names), thresholds=thresholds)
+
+    @property
+    def reference(self) -> float:
+        """Optimal value z* at c_r."""
+        return self._model.sense * self._start.objective
+
+    @property
+    def evaluations(self) -> Counts:
+        """Evaluations so far."""
+        return self._model.counts
+
+    @property
+    def stationarity(self) -> float | None:
+        """Norm of grad_x L over that of grad_x f, scaled; None without gradients."""
+        return None if self._local is None else self._local.stationarity
+
+    def estimates(
+        self, dcs: Sequence[ArrayLike] | NDArray[np.float64], *, check_feasible: bool = True
+    ) -> tuple[Estimate, ...]:
+        """An estimate for each dc; derivatives are taken where dc is smallest."""
+        changes = [self._change(dc) for dc in dcs]
+        for i in np.argsort([np.linalg.norm(dc) for dc in changes], kind="stable"):
+            if changes[i].any():
+                self._model.slope(changes[i])
+        return tuple(self.estimate(dc, check_feasible=check_feasible) for dc in changes)
+
+    def estimate(self, dc: ArrayLike, *, check_feasible: bool = True) -> Estimate:
+        """Estimated change of the optimal value.
+
+        Parameters
+        ----------
+        dc : number or array_like
+            Change of the parameter, of its shape.
+        check_feasible : bool
+            Where the old design violates constraints at c_r + dc and the predicted one does not
+            repair them, ask whether any design does: a convex feasibility problem for cvxpy, a
+            linear program to first order for functions, nothing for a table.
+
+        Raises
+        ------
+        InputError
+            If dc has another shape, leaves the domain of the functions or the attributes of the
+            parameter, or leaves constraints that cannot be met.
+        ComputationError
+            If differences or the feasibility problem fail.
+        """
+        change = self._change(dc)
+        model, start, sense = self._model, self._start, self._model.sense
+        c = model.reference + change
+        there = model.values(c)
+        slope = model.slope(change)
+        lam, layout = model.multipliers, model.layout
+        first_rows = sense * layout.sums(lam * slope.entries)
+        high_rows = sense * layout.sums(lam * (there.entries - start.entries))
+        first_f = sense * slope.objective
+        high_f = sense * (there.objective - start.objective)
+        high = high_f + float(np.sum(high_rows))
+        parts = self._judged(c, there, high, check_feasible)
+        for array in (change, first_rows, high_rows):
+            array.setflags(write=False)
+        return Estimate(
+            dc=change,
+            reference=self.reference,
+            first_order=first_f + float(np.sum(first_rows)),
+            high_order=high,
+            first_order_error=slope.error,
+            step=slope.step,
+            row_first_order=first_rows,
+            row_high_order=high_rows,
+            row_multipliers=layout.multiplier(lam),
+            objective_first_order=first_f,
+            objective_high_order=high_f,
+            layout=layout,
+            **parts,
+        )
+
+    # -- inside ---------------------------------------------------------------------------------
+
+    def _change(self, dc: ArrayLike) -> NDArray[np.float64]:
+        change = parameter_array("dc", dc)
+        if change.shape != self._model.reference.shape:
+            raise InputError(
+                f"dc: got shape {change.shape}, expected {self._model.reference.shape} as the "
+                "parameter"
+            )
+        return change
+
+    def _judged(
+        self, c: NDArray[np.float64], there: Values, high: float, check_feasible: bool
+    ) -> dict[str, Any]:
+        model, local, limits = self._model, self._local, self._thresholds
+        if local is None:
+            reason = "there are no gradients in x"
+            parts = {
+                "active_set": judge.active_set(model, self._rows, there, limits),
+                "coupling": judge.not_judged(judge.A2, reason, limits.coupling),
+                "linearity": judge.not_judged(judge.A1, reason, limits.linearity),
+                "stationarity": judge.not_judged(judge.KKT, reason, limits.stationarity),
+                "attained": None,
+            }
+            if check_feasible:
+                self._feasible(c, there)
+            return parts
+        step, left_over = local.step(there.entries - self._start.entries)
+        attained = self._attained(c, step)
+        if check_feasible and attained is None:
+            self._feasible(c, there)
+        step.setflags(write=False)
+        return {
+            "active_set": judge.active_set(
+                model, self._rows, there, limits, local=local, step=step, left_over=left_over
+            ),
+            "coupling": judge.coupling(local, model.gradients(c), limits),
+            "linearity": judge.linearity(model, local, self._start, step, high, limits),
+            "stationarity": judge.stationarity(local, limits),
+            "attained": attained,
+            "predicted_step": step,
+        }
+
+    def _attained(self, c: NDArray[np.float64], step: FloatArray) -> float | None:
+        try:
+            moved = self._model.values(c, step)
+        except InputError:  # the predicted design is outside the domain of the functions
+            return None
+        excess = self._model.layout.excess(moved.entries) / self._rows.length
+        if np.max(excess, initial=0.0) > self._thresholds.feasible:
+            return None
+        return self._model.sense * (moved.objective - self._start.objective)
+
+    def _feasible(self, c: NDArray[np.float64], there: Values) -> None:
+        tolerance = self._thresholds.feasible
+        excess = self._model.layout.excess(there.entries) / self._rows.length
+        if np.max(excess, initial=0.0) <= tolerance:
+            return
+        unmet = self._model.unmet(c, tolerance)
+        if unmet is not None and unmet.names:
+            note = f" {unmet.note}" if unmet.note else ""
+            raise InputError(
+                f"dc: with {(c - self._model.reference).tolist()} no design meets all "
+                f"constraints{note}; in the way: {listed(unmet.names)}; expected a smaller dc"
+            )
+
+    def _rows_without_gradients(self) -> Rows:
+        layout, r = self._model.layout, self._start.entries
+        own = np.sqrt(layout.sums(r**2))
+        length = np.where(own > 0.0, own, 1.0)
+        carried = np.abs(layout.multiplier(self._model.multipliers)) * length
+        size = float(np.max(carried, initial=0.0)) or 1.0
+        return classify(self._model, self._start, length, size, self._thresholds)
+
+    def _checked_optimum(self) -> None:
+        """`InputError` if x* and the multipliers are no optimum at c_r."""
+        local, limit = self._local, self._thresholds.wrong
+        if local is None:
+            return
+        layout, rows = self._model.layout, self._rows
+        excess = layout.excess(self._start.entries) / rows.length
+        carried = np.abs(layout.multiplier(self._model.multipliers)) * rows.length / local.size
+        worst = int(np.argmax(excess)) if excess.size else 0
+        if excess.size and excess[worst] > limit:
+            raise InputError(
+                f"x: violates constraint {layout.name(worst)} at the reference by "
+                f"{excess[worst]:.2g} of the size of x; expected the optimum at c_r"
+            )
+        slack = np.minimum(np.where(layout.equality, 0.0, -excess), carried)
+        worst = int(np.argmax(slack)) if slack.size else 0
+        if slack.size and slack[worst] > limit:
+            raise InputError(
+                f"multipliers: constraint {layout.name(worst)} has one and is not active at the "
+                f"reference (off by {-excess[worst]:.2g} of the size of x); expected those of the "
+                "optimum at c_r"
+            )
+        smooth = isinstance(self._model, FunctionModel)
+        if smooth and local.stationarity > limit:
+            raise InputError(
+                f"multipliers: grad_x L is {local.stationarity:.2g} of the size of grad_x f at x*, "
+                f"expected at most {limit:.2g}: they do not belong to this optimum, or their signs "
+                "or those of the constraints are turned (Thresholds(wrong=inf) accepts any)"
+            )
