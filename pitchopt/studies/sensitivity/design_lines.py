@@ -17,7 +17,7 @@ are the pitches at which the curves were sampled, and stay where they are.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -30,9 +30,27 @@ if TYPE_CHECKING:
     from pitchopt.aero.static_rotor import StaticRotor
     from pitchopt.studies.sensitivity.stationary import Stationary
 
-__all__ = ["FrozenLines"]
+__all__ = ["FrozenLines", "Lines"]
 
 _RATE_STEP = 0.02  # [rad/s], for the central difference in pitch rate, as the curves have it
+
+
+class Lines(NamedTuple):
+    """Lines of the five loads of a blade at every station.
+
+    Attributes
+    ----------
+    value : ndarray (5, N)
+        At the profile, without pitch rate.
+    slope : ndarray (5, N)
+        Per pitch [1/rad].
+    rates : ndarray (5, N)
+        Per unit of d beta / d psi.
+    """
+
+    value: FloatArray
+    slope: FloatArray
+    rates: FloatArray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,68 +67,79 @@ class FrozenLines:
         Which gives the weights.
     pitch : float or None
         Pitch at which the wake is frozen or around which curves were sampled [rad]; held.
-    rotor : StaticRotor
-        The model behind the curves.
+    rotor : StaticRotor or None
+        The model behind the curves; None for a table.
     """
 
     curves: BladeCurves
     profile: FloatArray
     point: Stationary
     pitch: float | None
-    rotor: StaticRotor
+    rotor: StaticRotor | None
 
-    def loads(self, rotor: StaticRotor) -> FloatArray:
-        """Five loads of the blade at each station with another rotor model, rate terms too.
+    def own(self) -> Lines:
+        """The lines of the curves themselves."""
+        value = self.curves.contributions(self.profile)
+        theta = self.point.theta
+        slope = (1 - theta) * self.point.left + theta * self.point.right
+        return Lines(value=value, slope=slope, rates=self.curves.rates)
 
-        Returns
-        -------
-        ndarray (5, N)
-        """
+    def of(self, rotor: StaticRotor) -> Lines:
+        """The same lines with another rotor model."""
         if rotor.induction == "equilibrium":
-            parts = self._sampled(rotor)
+            value, slope = self._sampled(rotor)
         else:
             positions = self.curves.positions
-            parts = self._pieces(
-                self.rotor.fixed_inflow(positions, self.pitch),
-                rotor.fixed_inflow(positions, self.pitch),
+            assert self.rotor is not None
+            before = self.rotor.fixed_inflow(positions, self.pitch)
+            after = rotor.fixed_inflow(positions, self.pitch)
+            theta = self.point.theta
+            below, above = self._side(before, after, -REACH), self._side(before, after, REACH)
+            value, slope = (
+                (1 - theta) * low + theta * high for low, high in zip(below, above, strict=True)
             )
-        total = parts + self._rates(rotor) * self.curves.profile_rate(self.profile)
-        return _five(total, self.curves.azimuth)
+        value, slope, rates = (
+            _five(parts, self.curves.azimuth) for parts in (value, slope, self._rates(rotor))
+        )
+        return Lines(value=value, slope=slope, rates=rates)
 
     # ---- held flow ---------------------------------------------------------------------------
 
-    def _pieces(self, before: FixedInflow, after: FixedInflow) -> FloatArray:
-        """Torque, bending, radial, thrust (4, N) on the pieces that the profile stands on."""
-        theta = self.point.theta
-        below, above = self._side(before, after, -REACH), self._side(before, after, REACH)
-        return (1 - theta) * below + theta * above
-
-    def _side(self, before: FixedInflow, after: FixedInflow, reach: float) -> FloatArray:
-        coefficients = np.stack(after.coefficients(self.profile))
+    def _side(
+        self, before: FixedInflow, after: FixedInflow, reach: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Torque, bending, radial, thrust (4, N) and slopes on the pieces at pitch + reach."""
+        value = np.stack(after.coefficients(self.profile))
+        slope = -after.slope
         for e, (old, new) in enumerate(zip(before.fits, after.fits, strict=True)):
-            if old is None or new is None or old.alpha.size != new.alpha.size:
+            if new is None:
                 continue
-            alpha = before.base[:, e] - (self.profile + reach)
-            piece = np.clip(np.searchsorted(old.alpha, alpha) - 1, 0, old.alpha.size - 2)
+            base, fit = before.base[:, e], old
+            if fit is None or fit.alpha.size != new.alpha.size:  # it has another kind now
+                base, fit = after.base[:, e], new
+            alpha = base - (self.profile + reach)
+            piece = np.clip(np.searchsorted(fit.alpha, alpha) - 1, 0, fit.alpha.size - 2)
             moved = after.base[:, e] - self.profile - new.alpha[piece]
-            for k, values in enumerate((new.cl, new.cd, new.cm)):
-                line = values[piece] + new.pieces[k, piece] * moved
-                coefficients[k, :, e] = line + after.value[k, :, e]
-        return after.load_map.apply(*coefficients)
+            for k, knots in enumerate((new.cl, new.cd, new.cm)):
+                value[k, :, e] = knots[piece] + new.pieces[k, piece] * moved + after.value[k, :, e]
+                slope[k, :, e] = -new.pieces[k, piece]
+        return after.load_map.apply(*value), after.load_map.apply(*slope)
 
     # ---- sampled curves ----------------------------------------------------------------------
 
-    def _sampled(self, rotor: StaticRotor) -> FloatArray:
+    def _sampled(self, rotor: StaticRotor) -> tuple[FloatArray, FloatArray]:
         """The same on the lines between the pitches at which the curves were sampled."""
         curves, rows, theta = self.curves, np.arange(self.profile.size), self.point.theta
         below = curves.segment(self.profile - REACH)
         above = curves.segment(self.profile + REACH)
-        ends = np.stack([below, below + 1, above, above + 1])
-        pitch = curves.beta[rows, ends]
+        pitch = curves.beta[rows, np.stack([below, below + 1, above, above + 1])]
         found = np.stack(rotor.blade_loads(curves.azimuth, pitch, mean_pitch=self.pitch))
-        share = (self.profile - pitch[::2]) / (pitch[1::2] - pitch[::2])
-        lines = (1 - share) * found[:, ::2] + share * found[:, 1::2]
-        return np.asarray((1 - theta) * lines[:, 0] + theta * lines[:, 1])
+        slopes = (found[:, 1::2] - found[:, ::2]) / (pitch[1::2] - pitch[::2])
+        values = found[:, ::2] + slopes * (self.profile - pitch[::2])
+        return (
+            (1 - theta) * values[:, 0] + theta * values[:, 1],
+            (1 - theta) * slopes[:, 0] + theta * slopes[:, 1],
+        )
 
     # ---- both --------------------------------------------------------------------------------
 

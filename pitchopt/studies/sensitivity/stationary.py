@@ -54,6 +54,8 @@ class Stationary:
         g: a + torque_min - torque_max [-].
     rate_up, rate_down : ndarray (N,)
         Multipliers of +/-(beta_{n+1} - beta_n) <= D, 0 or more [N m/rad].
+    travel : ndarray (N,)
+        Price of travel of each change of pitch, of either sign [N m/rad].
     lower, upper : ndarray (N,)
         Multipliers of the ends of the pitch range at each station, 0 or more [N m/rad].
     theta : ndarray (N,)
@@ -76,6 +78,7 @@ class Stationary:
     torque_price: float
     rate_up: FloatArray
     rate_down: FloatArray
+    travel: FloatArray
     lower: FloatArray
     upper: FloatArray
     theta: FloatArray
@@ -108,6 +111,8 @@ class _Neighbours:
     right: FloatArray
     down: FloatArray
     up: FloatArray
+    at_bottom: NDArray[np.bool_]
+    at_top: NDArray[np.bool_]
     at_kink: NDArray[np.bool_]
 
 
@@ -116,15 +121,14 @@ def _neighbours(problem: DesignProblem, profile: FloatArray) -> _Neighbours:
     rows = np.arange(curves.stations)
     below = curves.segment(profile - REACH)
     above = curves.segment(profile + REACH)
-    at_bottom, at_top = profile - curves.lower <= REACH, curves.upper - profile <= REACH
-    down = np.where(at_bottom, 0.0, profile - curves.beta[rows, below])
-    up = np.where(at_top, 0.0, curves.beta[rows, above + 1] - profile)
     return _Neighbours(
         left=curves.slopes[:, rows, below],
         right=curves.slopes[:, rows, above],
-        down=np.maximum(down, 0.0),
-        up=np.maximum(up, 0.0),
-        at_kink=(above > below) & ~at_bottom & ~at_top,
+        down=np.maximum(profile - curves.beta[rows, below], 0.0),
+        up=np.maximum(curves.beta[rows, above + 1] - profile, 0.0),
+        at_bottom=profile - curves.lower <= REACH,
+        at_top=curves.upper - profile <= REACH,
+        at_kink=above > below,
     )
 
 
@@ -324,20 +328,19 @@ class _Local:
             return np.asarray(g * slopes[0] / curves.positions - np.sum(y * slopes, axis=0))
 
         left, right = own(near.left) + common, own(near.right) + common
-        at_top, at_bottom = near.up <= 0, near.down <= 0
         with np.errstate(divide="ignore", invalid="ignore"):
             theta = np.clip(np.nan_to_num(left / (left - right), nan=0.5), 0.0, 1.0)
         theta = np.where(near.at_kink, theta, 0.5)
-        theta = np.where(at_top, 0.0, np.where(at_bottom, 1.0, theta))
         slope = (1 - theta) * left + theta * right
-        upper = np.where(at_top, np.maximum(slope, 0.0), 0.0)
-        lower = np.where(at_bottom, np.maximum(-slope, 0.0), 0.0)
+        upper = np.where(near.at_top, np.maximum(slope, 0.0), 0.0)
+        lower = np.where(near.at_bottom, np.maximum(-slope, 0.0), 0.0)
         terms = [np.abs(g * near.left[0] / curves.positions), np.abs(y * near.left).max(axis=0), np.abs(w)]
         return Stationary(
             multipliers=mult,
             torque_price=g,
             rate_up=up,
             rate_down=down,
+            travel=travel,
             lower=lower,
             upper=upper,
             theta=theta,
