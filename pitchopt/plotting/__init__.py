@@ -26,6 +26,7 @@ from pitchopt.plotting.learning import (
 )
 from pitchopt.plotting.passage import plot_loads, plot_profiles
 from pitchopt.plotting.polar import plot_polar_fit
+from pitchopt.plotting.sensitivity import estimates_figure, plot_design_plane, plot_estimates
 from pitchopt.plotting.several import plot_regrets, plot_several_profiles
 from pitchopt.plotting.simulation import (
     SteadyCurve,
@@ -68,6 +69,7 @@ __all__ = [
     "PitchSamples",
     "SteadyCurve",
     "contraction_figure",
+    "estimates_figure",
     "gain_samples",
     "individual_pitch_figure",
     "learned_profiles_figure",
@@ -79,7 +81,9 @@ __all__ = [
     "plot_channel",
     "plot_contraction",
     "plot_cost_progress",
+    "plot_design_plane",
     "plot_design_space",
+    "plot_estimates",
     "plot_gain_offset",
     "plot_learned_profiles",
     "plot_learning",

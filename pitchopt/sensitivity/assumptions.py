@@ -22,6 +22,7 @@ __all__ = ["active_set", "coupling", "linearity", "not_judged", "stationarity"]
 
 A1, A2, A3, KKT = "A1 linearity", "A2 coupling", "A3 active set", "stationarity"
 NEGLIGIBLE = 1e-9
+SEEN = 10.0
 
 
 def not_judged(name: str, reason: str, threshold: float) -> Assumption:
@@ -111,7 +112,8 @@ def active_set(
         after = layout.excess(predicted) / rows.length
         reached = (rows.inactive & (after >= -tolerance)) | (rows.idle & (after > tolerance))
         reached &= ~(violated | becoming | tightened)
-        left = rows.idle & ~tightened & (after < -tolerance)
+        slack = np.maximum(tolerance, SEEN * rows.distance)
+        left = rows.idle & ~tightened & (after < -slack)
         off = np.zeros(layout.rows)
         off[rows.carrying] = left_over
         left |= rows.carrying & ~layout.equality & (off < -tolerance)

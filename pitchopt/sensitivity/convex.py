@@ -21,7 +21,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from pitchopt.checks import FloatArray
@@ -50,6 +50,8 @@ class ConvexModel:
         Frozen, c.
     names : mapping of constraint to str, sequence of str, or None
         Of the constraints; in a sequence, in the order of ``problem.constraints``.
+    x_scale : mapping of variable to array_like, or None
+        Sizes of variables.
     """
 
     def __init__(
@@ -58,6 +60,7 @@ class ConvexModel:
         parameter: Any,
         *,
         names: Mapping[Any, str] | Sequence[str] | None = None,
+        x_scale: Mapping[Any, ArrayLike] | None = None,
     ) -> None:
         checked_problem(problem, parameter)
         self._problem = problem
@@ -73,7 +76,7 @@ class ConvexModel:
         self.reference = np.array(parameter.value, dtype=np.float64)
         self.sense = 1.0 if problem.objective.NAME == "minimize" else -1.0
         self.counts = Counts()
-        self._scale = sizes(self._flat(self._optimum))
+        self._scale = self._sizes(x_scale or {})
         given = _names(problem, names)
         self._pieces: list[Piece] = [
             constraint_piece(constraint, name)
@@ -204,6 +207,25 @@ class ConvexModel:
         finally:
             for leaf, value in zip(leaves, saved, strict=True):
                 leaf._value = value
+
+    def _sizes(self, given: Mapping[Any, ArrayLike]) -> FloatArray:
+        scale = sizes(self._flat(self._optimum))
+        known = {key if isinstance(key, int) else key.id: value for key, value in given.items()}
+        if set(known) - {variable.id for variable in self._variables}:
+            raise InputError("x_scale: expected keys that are variables of the problem")
+        for variable, start in zip(self._variables, self._starts[:-1], strict=True):
+            if variable.id not in known:
+                continue
+            try:
+                part = np.broadcast_to(solid(known[variable.id]), variable.shape)
+            except (TypeError, ValueError) as error:
+                raise InputError(
+                    f"x_scale: that of {variable.name()} does not fit its shape {variable.shape}"
+                ) from error
+            if not (np.isfinite(part).all() and (part > 0.0).all()):
+                raise InputError(f"x_scale: expected positive sizes of {variable.name()}")
+            scale[start : start + variable.size] = part.ravel(order="F")
+        return scale
 
     def _flat(self, values: Sequence[FloatArray]) -> FloatArray:
         return np.concatenate([np.zeros(0), *[v.ravel(order="F") for v in values]])

@@ -4,9 +4,11 @@ Everything is made free of scales by the sizes D of the variables: a row's lengt
 gradient times D, the objective's size F' is the norm of D grad F or, where that vanishes inside
 the feasible set, what a step of a tenth of D changes F by, ten times.  A row is
 
-    carrying   if its multiplier times its length over F' is above both its distance from the limit
-               over its length and a threshold (an interior-point solver leaves both positive),
-    idle       if it is at its limit and carries nothing,
+    carrying   if its scaled multiplier m, times its length over F', stands out against its scaled
+               distance d from the limit, over its length: m > 100 d and m > 1e-5, or m > d and
+               m > 1e-3 (an interior-point solver leaves both positive, m d equal for all rows,
+               and about equal where a row is active by chance),
+    idle       if it is at its limit, d <= 1e-6 or d <= 100 m, and does not carry,
     inactive   otherwise.  Equalities always carry.
 
 The predicted step is the smallest, in variables over D, that keeps the carrying rows where they
@@ -32,16 +34,18 @@ __all__ = ["Local", "Rows", "classify"]
 PROBE = 0.1
 DENSE = 4_000_000
 ROUNDING = 1e-12
+CLEAR = 100.0
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Which rows do what, masks (M,), and their lengths (M,)."""
+    """Which rows do what, masks (M,), their lengths (M,) and scaled distances (M,)."""
 
     carrying: NDArray[np.bool_]
     idle: NDArray[np.bool_]
     inactive: NDArray[np.bool_]
     length: FloatArray
+    distance: FloatArray
 
 
 def classify(
@@ -52,9 +56,11 @@ def classify(
     distance = -layout.excess(values.entries) / length
     with np.errstate(over="ignore"):
         carried = np.abs(layout.multiplier(model.multipliers)) * length / size
-    carrying = layout.equality | (carried > np.maximum(distance, thresholds.multiplier))
-    idle = ~carrying & (distance <= thresholds.active)
-    return Rows(carrying, idle, ~carrying & ~idle, length)
+    clear = (carried > CLEAR * distance) & (carried > thresholds.multiplier)
+    clear |= (carried > distance) & (carried > CLEAR * thresholds.multiplier)
+    carrying = layout.equality | clear
+    idle = ~carrying & ((distance <= thresholds.active) | (distance <= CLEAR * carried))
+    return Rows(carrying, idle, ~carrying & ~idle, length, distance)
 
 
 class Local:

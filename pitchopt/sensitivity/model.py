@@ -152,6 +152,11 @@ def solid(value: object) -> FloatArray:
 
 
 def sizes(x: FloatArray) -> FloatArray:
-    """Typical sizes of variables: their own, or the largest's where they are zero."""
-    largest = float(np.max(np.abs(x), initial=0.0)) or 1.0
-    return np.where(np.abs(x) > 1e-8 * largest, np.abs(x), largest)
+    """Typical sizes of variables: their own, or the largest's where they are zero.
+
+    Zero is what a solver leaves of it: 1e-5 of the largest, or 1e-7 if all are, whose size is 1.
+    """
+    largest = float(np.max(np.abs(x), initial=0.0))
+    if largest <= 1e-7:
+        return np.ones_like(x)
+    return np.where(np.abs(x) > 1e-5 * largest, np.abs(x), largest)

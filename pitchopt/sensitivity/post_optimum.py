@@ -112,7 +112,8 @@ class PostOptimum:
             Prescribed length of a forward step in c for first_order: one evaluation a direction,
             none if that dc is estimated too, and no estimate of its error.
         x_scale : (n,) array_like, optional
-            Sizes of the variables; their own absolute values otherwise.
+            Sizes of the variables; otherwise their absolute values, and where these are zero that
+            of the largest.
         thresholds : Thresholds, optional
 
         Raises
@@ -186,6 +187,7 @@ class PostOptimum:
         parameter: Any,
         *,
         names: Mapping[Any, str] | Sequence[str] | None = None,
+        x_scale: Mapping[Any, ArrayLike] | None = None,
         thresholds: Thresholds | None = None,
     ) -> PostOptimum:
         """From a solved cvxpy problem; it is not solved again and left as it was.
@@ -200,6 +202,9 @@ class PostOptimum:
             Of any shape, with its value c_r.
         names : mapping of constraint to str, or sequence of str, optional
             Of the constraints; cvxpy's own labels or texts otherwise.
+        x_scale : mapping of variable to array_like, optional
+            Sizes of variables; otherwise the absolute values at the optimum, and where these are
+            zero that of the largest.
         thresholds : Thresholds, optional
 
         Raises
@@ -209,7 +214,8 @@ class PostOptimum:
         """
         from pitchopt.sensitivity.convex import ConvexModel
 
-        return cls(ConvexModel(problem, parameter, names=names), thresholds=thresholds)
+        model = ConvexModel(problem, parameter, names=names, x_scale=x_scale)
+        return cls(model, thresholds=thresholds)
 
     @property
     def reference(self) -> float:
