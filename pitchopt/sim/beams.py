@@ -88,6 +88,13 @@ class Beam:
         Per length [kg/m].
     stiffness : ndarray (S, 2, 2)
         Bending stiffness [N m^2].
+
+    Attributes
+    ----------
+    points, weights : ndarray (S - 1, P)
+        Gauss points and their weights [m].
+    basis : list of ndarray (S - 1, P, 4)
+        By order of derivative, the functions of (u, u', u, u') at an element's two ends.
     """
 
     def __init__(self, station: FloatArray, mass: FloatArray, stiffness: FloatArray) -> None:
@@ -102,7 +109,7 @@ class Beam:
         for i in range(2):
             for j in range(2):
                 self.stiffness[..., i, j] = np.interp(self.points, station, stiffness[:, i, j])
-        self._basis = [
+        self.basis = [
             np.stack([_hermite(_POINTS, float(h), order) for h in length]) for order in range(3)
         ]
 
@@ -136,7 +143,7 @@ class Beam:
         ndarray (4 S, 4 S) with unknowns u_1, u_1', u_2, u_2' at each station in turn.
         """
         full = weight if weight.ndim == 4 else weight[..., None, None] * np.eye(2)
-        basis = self._basis[order]
+        basis = self.basis[order]
         element = np.einsum("ep,epij,epa,epb->eiajb", self.weights, full, basis, basis)
         count = self.station.size
         matrix = np.zeros((4 * count, 4 * count))
@@ -155,7 +162,7 @@ class Beam:
         """Deflection or derivative at the Gauss points, (E, P, 2), of nodal unknowns (4 S,)."""
         nodes = unknowns.reshape(self.station.size, 2, 2)
         local = np.concatenate([nodes[:-1], nodes[1:]], axis=2)  # (E, 2, 4)
-        return np.asarray(np.einsum("epa,eia->epi", self._basis[order], local))
+        return np.asarray(np.einsum("epa,eia->epi", self.basis[order], local))
 
     def at(self, unknowns: FloatArray, where: FloatArray, order: int) -> FloatArray:
         """Deflection or derivative (W, 2) at positions `where` (W,) [m]."""
@@ -184,11 +191,19 @@ class Beam:
         InputError
             If the stiffness is not positive, e.g. a tower that buckles under its own weight.
         """
-        from scipy.linalg import eigh  # heavy import, only needed here
+        from scipy.linalg import LinAlgError, eigh  # heavy import, only needed here
 
-        values, vectors = eigh(stiffness[4:, 4:], mass[4:, 4:], subset_by_index=(0, count - 1))
-        if values[0] <= 0.0:
-            raise InputError("beam: not stable under its axial load, lowest stiffness is negative")
+        size = mass.shape[0] - 4
+        try:
+            # the inverse, whose largest values short elements do not spoil
+            inverse, vectors = eigh(
+                mass[4:, 4:], stiffness[4:, 4:], subset_by_index=(size - count, size - 1)
+            )
+        except LinAlgError as error:
+            raise InputError(
+                "beam: not stable under its axial load, lowest stiffness is negative"
+            ) from error
+        values, vectors = 1.0 / inverse[::-1], vectors[:, ::-1]
         shapes = np.zeros((count, mass.shape[0]))
         shapes[:, 4:] = vectors.T
         for shape in shapes:

@@ -14,6 +14,7 @@ From these points come
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -337,25 +338,8 @@ class Operation:
         """Steady points (W,) and derivatives of torque and thrust there, for `LinearQuadratic`."""
         turbine, dynamic = self.dynamic.turbine, self.dynamic
         speeds = finite_array("wind_speed", wind_speed)
-        points = self.points(speeds)
-        rotor, gear = turbine.rotor, turbine.drivetrain.gear_ratio
-
-        def loads(wind: float, omega: float, pitch: float) -> FloatArray:
-            return np.array(
-                mean_loads(
-                    rotor, UniformInflow(wind), omega, pitch, air_density=turbine.air_density
-                )
-            )
-
-        columns = np.empty((3, 2, speeds.size))
-        for i, (wind, omega, pitch) in enumerate(
-            zip(speeds, points.rotor_speed, points.pitch, strict=True)
-        ):
-            at = np.array([wind, omega, pitch], dtype=np.float64)
-            for j, step in enumerate((0.02 * wind, 0.01 * omega, _PITCH_STEP)):
-                side = np.zeros(3)
-                side[j] = step
-                columns[j, :, i] = (loads(*(at + side)) - loads(*(at - side))) / (2.0 * step)
+        points, columns = self._linearised(speeds)
+        gear = turbine.drivetrain.gear_ratio
         tower = dynamic.tower
         stiffness = float(tower.stiffness[0] - dynamic.body_tables.tower_weight[0])
         mass = stiffness / float(tower.frequency[0]) ** 2
@@ -384,6 +368,70 @@ class Operation:
             pitch_time=pitch_time,
             torque_time=lag.time_constant,
         )
+
+    def _linearised(self, speeds: FloatArray) -> tuple[OperatingPoints, FloatArray]:
+        """Points (W,), and derivatives by wind, speed and pitch of torque and thrust (3, 2, W)."""
+        key = speeds.tobytes()
+        if key in self._known:
+            return self._known[key]
+        turbine = self.dynamic.turbine
+        points = self.curve if np.array_equal(speeds, self._speeds) else self.points(speeds)
+
+        def loads(wind: float, omega: float, pitch: float) -> FloatArray:
+            return np.array(
+                mean_loads(
+                    turbine.rotor,
+                    UniformInflow(wind),
+                    omega,
+                    pitch,
+                    air_density=turbine.air_density,
+                )
+            )
+
+        columns = np.empty((3, 2, speeds.size))
+        for i, (wind, omega, pitch) in enumerate(
+            zip(speeds, points.rotor_speed, points.pitch, strict=True)
+        ):
+            at = np.array([wind, omega, pitch], dtype=np.float64)
+            for j, step in enumerate((0.02 * wind, 0.01 * omega, _PITCH_STEP)):
+                side = np.zeros(3)
+                side[j] = step
+                columns[j, :, i] = (loads(*(at + side)) - loads(*(at - side))) / (2.0 * step)
+        self._known[key] = points, columns
+        return self._known[key]
+
+    @cached_property
+    def _known(self) -> dict[bytes, tuple[OperatingPoints, FloatArray]]:
+        """Points and derivatives by wind speeds, as far as they were asked for."""
+        return {}
+
+    def on(self, dynamic: DynamicTurbine) -> Operation:
+        """Operation of the same rotor and drivetrain on another tower.
+
+        What has been computed for the rotor is kept: steady points, power coefficients, slopes and
+        the wind estimator do not know the tower.
+
+        Raises
+        ------
+        InputError
+            If more than tower and hub height differ.
+        """
+        ours, theirs = self.dynamic.turbine, dynamic.turbine
+        rotor = dataclasses.replace(theirs.rotor, hub_height=ours.rotor.hub_height)
+        for mine, other, keys in (
+            (ours, theirs, ("rated_power", "rated_rotor_speed", "min_rotor_speed", "air_density")),
+            (ours, theirs, ("fine_pitch", "optimal_tip_speed_ratio", "drivetrain", "hub")),
+            (ours.rotor, rotor, ("blade", "blades", "hub_radius", "tilt", "cone", "overhang")),
+        ):
+            for key in keys:
+                if getattr(mine, key) != getattr(other, key):
+                    raise InputError(f"dynamic: its {key} is another, expected another tower only")
+        moved = Operation(dynamic)
+        names = ("surfaces", "fine_pitch", "curve", "full_load", "frozen_slopes", "estimator")
+        for name in (*names, "_known", "_parts"):
+            if name in vars(self):
+                vars(moved)[name] = vars(self)[name]
+        return moved
 
     def linear_quadratic(self, *, tower_velocity: float = 0.0) -> TurbineController:
         """Linear quadratic regulator with weight `tower_velocity` on the tower top [s^2/m^2]."""

@@ -35,7 +35,15 @@ from pitchopt.errors import InputError
 from pitchopt.sim.beams import Beam
 from pitchopt.turbines import Turbine
 
-__all__ = ["GRAVITY", "BladeModel", "TowerModel", "blade_model", "tower_model"]
+__all__ = [
+    "GRAVITY",
+    "BladeModel",
+    "TowerModel",
+    "blade_model",
+    "head_matrices",
+    "tower_model",
+    "tower_stations",
+]
 
 GRAVITY = 9.80665
 _BLADE_DAMPING = 0.005  # where the turbine's data have none
@@ -325,11 +333,11 @@ def tower_model(
         "damping_ratio", _TOWER_DAMPING if ratio is None else ratio, at_least=0.0, at_most=1.0
     )
     length = tower.top - tower.base
-    station = _refined(tower.height - tower.base, _STATIONS)
+    station = tower_stations(tower.height - tower.base)
     mu = np.interp(station + tower.base, tower.height, tower.mass_per_length)
     ei = np.interp(station + tower.base, tower.height, tower.bending_stiffness)
     beam = Beam(station, mu, ei[:, None, None] * np.eye(2))
-    head_mass, head = _head(turbine, blade)
+    head_mass, head = head_matrices(turbine, blade)
     above = beam.beyond(beam.mass)
     inertia = beam.assemble(beam.mass, 0)
     elastic = beam.assemble(beam.stiffness, 2)
@@ -411,10 +419,14 @@ def _polynomial_shape(
     return nodes.ravel()
 
 
-def _refined(station: FloatArray, count: int) -> FloatArray:
-    """Stations with evenly spaced ones between them, some `count` in all, none too close."""
+def tower_stations(height: FloatArray) -> FloatArray:
+    """Stations of the tower's beam: those given, from 0 [m], and evenly spaced ones between.
+
+    Some 60 in all, and more where the given ones lie close.
+    """
+    station = height
     length = float(station[-1])
-    parts = np.maximum(np.round(np.diff(station) / length * count), 1).astype(int)
+    parts = np.maximum(np.round(np.diff(station) / length * _STATIONS), 1).astype(int)
     pieces = [
         np.linspace(a, b, int(n), endpoint=False)
         for a, b, n in zip(station[:-1], station[1:], parts, strict=True)
@@ -422,13 +434,16 @@ def _refined(station: FloatArray, count: int) -> FloatArray:
     return np.concatenate([*pieces, [length]])
 
 
-def _head(turbine: Turbine, blade: BladeModel) -> tuple[float, list[FloatArray]]:
+def head_matrices(turbine: Turbine, blade: BladeModel) -> tuple[float, list[FloatArray]]:
     """Mass of nacelle and rotor, and their 2 x 2 mass matrices for (top deflection, slope).
+
+    Fore-aft, then side-side, about the tower's top.
 
     The rotor is free to turn about its shaft, so its polar inertia stays out of side-side.
     """
     rotor, hub, nacelle = turbine.rotor, turbine.hub, turbine.nacelle
-    assert hub is not None and nacelle is not None  # the caller checked
+    if hub is None or nacelle is None:
+        raise InputError(f"turbine {turbine.name!r}: mass of hub or nacelle is not known")
     rotor_mass = hub.mass + rotor.blades * blade.mass
     apex = rotor.apex() - np.array([0.0, 0.0, turbine.tower.top])
     cone = rotor.cone

@@ -1,0 +1,425 @@
+"""Full sets of simulations: a tower and its controller over all wind speeds and seeds.
+
+One set runs the dynamic turbine with the linear quadratic regulator of weight c in turbulence of
+every mean speed and seed, counts the cycles of the tower's bending moments at all stations about
+several axes, and adds them up over the lifetime with the weights of the wind speeds,
+
+    n_i = sum_V p(V) / seeds  sum_seeds  n_i(V, seed)  lifetime / time counted.
+
+Every set meets the same turbulence (common random numbers): boxes are made once and carried by
+each design's own mean wind, so that two sets differ by tower and controller alone.  Boxes of the
+Kaimal model do not depend on the hub height above 60 m.
+
+Sets are kept in a folder, one file each, named by a digest of all that they depend on; a study that
+was stopped goes on with them.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import os
+import threading
+import time as clock
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pitchopt.checks import FloatArray, finite_number, whole_number
+from pitchopt.errors import ComputationError, InputError
+from pitchopt.fatigue import bin_edges, rainflow, weibull_weights
+from pitchopt.sim import DynamicTurbine, Operation, Simulation, simulate_many
+from pitchopt.studies.simulation import SimulationSettings, WindCase, wind_cases
+from pitchopt.studies.tower.design import TowerDesign
+from pitchopt.studies.tower.energy import mean_wind_at
+from pitchopt.studies.tower.fatigue_loads import MOMENT_BINS, FatigueLoads, Weld, bin_places
+from pitchopt.turbines import Turbine
+from windfield import BoxCache, TurbulenceBox, TurbulentField
+
+__all__ = ["LoadSet", "LoadSets", "LoadSettings"]
+
+FORMAT = 1  # to be raised whenever the same settings give other results
+_YEAR = 365.25 * 86400.0
+_LEAST_HUB = 60.0  # below, the turbulence's length scale follows the hub height [m]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadSettings:
+    """What a set holds besides tower and controller.
+
+    Parameters
+    ----------
+    wind_speeds : tuple of float
+        Mean speeds at the hub [m/s]; 3 to 25 in steps of 2 in the paper.
+    seeds : tuple of int
+        Of the turbulence at each of them.
+    duration, skip : float
+        Length of a run, and its beginning that is left out [s].
+    interval : float
+        Between two samples of a moment [s].
+    turbulence : str
+        IEC class, or an intensity.
+    mean_wind_speed : float
+        Of the Rayleigh distribution at the reference turbine's hub height [m/s]; 7.5 for class III.
+    shear : float
+        Exponent of the mean wind, in time and from one hub height to another.
+    lifetime : float
+        [years].
+    stations, axes : int
+        Of the tower, and across it.
+    box_points : int
+        Of a turbulence box across and upward.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
+    """
+
+    wind_speeds: tuple[float, ...] = tuple(np.arange(3.0, 26.0, 2.0).tolist())
+    seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
+    duration: float = 600.0
+    skip: float = 30.0
+    interval: float = 0.05
+    turbulence: str = "A"
+    mean_wind_speed: float = 7.5
+    shear: float = 0.2
+    lifetime: float = 20.0
+    stations: int = 19
+    axes: int = 8
+    box_points: int = 13
+
+    def __post_init__(self) -> None:
+        finite_number("duration", self.duration, above=0.0)
+        finite_number("skip", self.skip, at_least=0.0, at_most=0.5 * self.duration)
+        finite_number("mean_wind_speed", self.mean_wind_speed, above=0.0)
+        finite_number("lifetime", self.lifetime, above=0.0)
+        whole_number("stations", self.stations, at_least=2)
+        whole_number("axes", self.axes, at_least=1)
+        bin_edges(self.wind_speeds)
+        self.simulated  # noqa: B018  (raises what is wrong)
+
+    @property
+    def simulated(self) -> SimulationSettings:
+        """Settings of the runs."""
+        return SimulationSettings(
+            wind_speeds=tuple(self.wind_speeds),
+            turbulence=self.turbulence,
+            seeds=tuple(self.seeds),
+            duration=self.duration - self.skip,
+            skip=self.skip,
+            interval=self.interval,
+            shear=self.shear,
+            box_points=self.box_points,
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LoadSet:
+    """Result of a set.
+
+    Attributes
+    ----------
+    loads : FatigueLoads
+        Over the lifetime.
+    wind_speeds, power, power_deviation : ndarray (V,)
+        Mean speed at the hub [m/s], and mean and standard deviation of the electrical power over
+        all seeds [W].
+    largest_speed : float
+        Of the rotor in any run [rad/s].
+    simulations : int
+    seconds : float
+        Wall time; that of the first time for a set from the folder.
+    key : str
+        Digest of all that the set depends on.
+    """
+
+    loads: FatigueLoads
+    wind_speeds: FloatArray
+    power: FloatArray
+    power_deviation: FloatArray
+    largest_speed: float
+    simulations: int
+    seconds: float
+    key: str
+
+
+class LoadSets:
+    """Sets of one turbine, made when they are asked for and kept.
+
+    Parameters
+    ----------
+    reference : Turbine
+    settings : LoadSettings
+    weld : Weld
+        For the loads of the sets.
+    folder : path, optional
+        Where sets are kept; in memory only without.
+    workers : int, optional
+        Threads; as many as there are cores without.
+    cache : BoxCache, optional
+        Where turbulence boxes are kept on disk.
+    on_run : callable, optional
+        Called after each simulation with how many of the set are done and how many there are.
+
+    Attributes
+    ----------
+    simulated : int
+        Sets that were simulated, not found in the folder.
+
+    Raises
+    ------
+    InputError
+        If the turbine lacks data, or the folder cannot be made.
+    """
+
+    def __init__(
+        self,
+        reference: Turbine,
+        settings: LoadSettings | None = None,
+        *,
+        weld: Weld | None = None,
+        folder: str | os.PathLike[str] | None = None,
+        workers: int | None = None,
+        cache: BoxCache | None = None,
+        on_run: Callable[[int, int], None] | None = None,
+    ) -> None:
+        self.reference = reference
+        self.settings = LoadSettings() if settings is None else settings
+        self.weld = Weld() if weld is None else weld
+        self.workers = (
+            os.cpu_count() or 1 if workers is None else whole_number("workers", workers, at_least=1)
+        )
+        self.cache = cache
+        self.on_run = on_run
+        self.simulated = 0
+        self.folder = None if folder is None else Path(folder)
+        if self.folder is not None:
+            try:
+                self.folder.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise InputError(
+                    f"{self.folder}: cannot be made or is not a folder ({error.strerror}); choose "
+                    "another folder for the sets"
+                ) from error
+        self._kept: dict[str, LoadSet] = {}
+        self._boxes: dict[tuple[float, int], TurbulenceBox] = {}
+        self._locks: dict[tuple[float, int], threading.Lock] = {}
+        self._lock = threading.Lock()
+
+    @cached_property
+    def operation(self) -> Operation:
+        """Steady operation on the reference's own tower."""
+        operation = Operation(self._moving(self.reference))
+        operation.linear_quadratic()
+        return operation
+
+    def _moving(self, turbine: Turbine) -> DynamicTurbine:
+        return DynamicTurbine(turbine=turbine, tower_sections=self.settings.stations - 1)
+
+    def key(self, design: TowerDesign, tower_velocity: float) -> str:
+        """Digest of all that a set depends on."""
+        rotor = self.reference.rotor
+        document = {
+            "format": FORMAT,
+            "turbine": self.reference.name,
+            "source": self.reference.source,
+            "rotor": [rotor.radius, rotor.tilt, rotor.cone, self.reference.rated_power],
+            "settings": dataclasses.asdict(self.settings),
+            "height": design.hub_height,
+            "diameter": design.diameter.tolist(),
+            "thickness": design.thickness.tolist(),
+            "weight": float(tower_velocity),
+        }
+        return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
+
+    def has(self, design: TowerDesign, tower_velocity: float) -> bool:
+        """Whether a set need not be simulated."""
+        key = self.key(design, tower_velocity)
+        return key in self._kept or self._stored(key) is not None
+
+    def run(self, design: TowerDesign, tower_velocity: float) -> LoadSet:
+        """Set of a design with the weight c on the tower-top velocity [s^2/m^2].
+
+        Raises
+        ------
+        InputError
+            If the design's hub is too low, or the weight is negative.
+        ComputationError
+            If a run diverged.
+        """
+        finite_number("tower_velocity", tower_velocity, at_least=0.0)
+        finite_number("hub_height", design.hub_height, at_least=_LEAST_HUB)
+        key = self.key(design, tower_velocity)
+        if key not in self._kept:
+            found = self._stored(key)
+            if found is None:
+                found = self._simulated(design, tower_velocity, key)
+                self.simulated += 1
+                self._store(found)
+            self._kept[key] = found
+        return self._kept[key]
+
+    def _simulated(self, design: TowerDesign, tower_velocity: float, key: str) -> LoadSet:
+        began = clock.perf_counter()
+        settings, dynamic = self.settings, self._moving(design.turbine)
+        operation = self.operation.on(dynamic)
+        cases = wind_cases(dynamic, settings.simulated)
+        counter = _Counter(settings, dynamic)
+        site = mean_wind_at(
+            design.hub_height,
+            reference_height=self.reference.rotor.hub_height,
+            reference_speed=settings.mean_wind_speed,
+            exponent=settings.shear,
+        )
+        weights = weibull_weights(bin_edges(settings.wind_speeds), mean=float(site))
+        share = {u: w for u, w in zip(settings.wind_speeds, weights, strict=True)}
+        done = 0
+
+        def count(run: Simulation) -> None:
+            nonlocal done
+            case = cases[done]
+            if run.status != "finished":
+                raise ComputationError(
+                    f"the run at {case.wind_speed:g} m/s, seed {case.seed}, with c = "
+                    f"{tower_velocity:g} on a tower of {design.mass / 1e3:.0f} t {run.message}"
+                )
+            counter.add(run, case.wind_speed, share[case.wind_speed])
+            done += 1
+            if self.on_run is not None:
+                self.on_run(done, len(cases))
+
+        simulate_many(
+            dynamic,
+            [partial(self._wind, case) for case in cases],
+            operation.linear_quadratic(tower_velocity=tower_velocity),
+            settings.duration,
+            start=[operation.start(case.wind_speed) for case in cases],
+            interval=settings.interval,
+            workers=self.workers,
+            on_result=count,
+        )
+        return counter.result(
+            weld=self.weld, seconds=clock.perf_counter() - began, key=key, simulations=len(cases)
+        )
+
+    def _wind(self, case: WindCase) -> TurbulentField:
+        """Wind of a case, its box made by whoever asks first while others wait for it."""
+        key = (case.wind_speed, case.seed or 0)
+        with self._lock:
+            lock = self._locks.setdefault(key, threading.Lock())
+        with lock:
+            if key not in self._boxes:
+                self._boxes[key] = self._box(*key)
+        box, lift = self._boxes[key], case.mean.hub_height - self.reference.rotor.hub_height
+        return TurbulentField(mean=case.mean, box=dataclasses.replace(box, z=box.z + lift))
+
+    def _box(self, speed: float, seed: int) -> TurbulenceBox:
+        """Box about the reference turbine's own hub."""
+        settings = dataclasses.replace(
+            self.settings.simulated, wind_speeds=(speed,), seeds=(seed,)
+        )
+        field = wind_cases(self.operation.dynamic, settings, self.cache)[0].make()
+        assert isinstance(field, TurbulentField)  # the settings ask for turbulence
+        assert isinstance(field.box, TurbulenceBox)
+        return field.box
+
+    def _path(self, key: str) -> Path | None:
+        return None if self.folder is None else self.folder / f"{key[:32]}.set.npz"
+
+    def _stored(self, key: str) -> LoadSet | None:
+        """A set from the folder; None where there is none or it cannot be read."""
+        path = self._path(key)
+        if path is None or not path.is_file():
+            return None
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                if str(file["key"]) != key:
+                    return None
+                return LoadSet(
+                    loads=FatigueLoads(cycles=file["cycles"], weld=self.weld),
+                    key=key,
+                    simulations=int(file["simulations"]),
+                    seconds=float(file["seconds"]),
+                    largest_speed=float(file["largest_speed"]),
+                    **{name: file[name] for name in _ARRAYS},
+                )
+        except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
+            return None  # damaged: made again and replaced
+
+    def _store(self, found: LoadSet) -> None:
+        path = self._path(found.key)
+        if path is None:
+            return
+        part = path.with_name(f"{path.name}.{os.getpid()}.part")
+        arrays: dict[str, Any] = {name: getattr(found, name) for name in _ARRAYS}
+        try:
+            with part.open("wb") as file:
+                np.savez_compressed(
+                    file,
+                    cycles=found.loads.cycles,
+                    key=np.array(found.key),
+                    simulations=found.simulations,
+                    seconds=found.seconds,
+                    largest_speed=found.largest_speed,
+                    **arrays,
+                )
+            part.replace(path)
+        finally:
+            part.unlink(missing_ok=True)
+
+
+_ARRAYS = ("wind_speeds", "power", "power_deviation")
+
+
+class _Counter:
+    """Cycles and power of a set's runs, added up as they come."""
+
+    def __init__(self, settings: LoadSettings, dynamic: DynamicTurbine) -> None:
+        self.settings = settings
+        inner = range(1, settings.stations - 1)
+        self.fore_aft = ["TwrBsMyt", *(f"TwHt{k}MLyt" for k in inner), "YawBrMyp"]
+        self.side_side = ["TwrBsMxt", *(f"TwHt{k}MLxt" for k in inner), "YawBrMxp"]
+        angle = np.pi * np.arange(settings.axes) / settings.axes
+        self.axes = list(zip(np.cos(angle), np.sin(angle), strict=True))
+        shape = (settings.stations, settings.axes, MOMENT_BINS.size)
+        self.cycles = np.zeros(shape)
+        self.power: dict[float, list[FloatArray]] = {u: [] for u in settings.wind_speeds}
+        self.largest = 0.0
+        self.gear = dynamic.turbine.drivetrain.gear_ratio
+
+    def add(self, run: Simulation, speed: float, share: float) -> None:
+        settings = self.settings
+        rows = run.after(settings.skip)
+        counted = rows.shape[0] * run.interval
+        factor = share / len(settings.seeds) * settings.lifetime * _YEAR / counted
+        for s, names in enumerate(zip(self.fore_aft, self.side_side, strict=True)):
+            fore, side = (np.ascontiguousarray(rows[:, run.place(name)]) for name in names)
+            for a, (c, d) in enumerate(self.axes):
+                found = rainflow(c * fore + d * side)
+                if found.ranges.size:
+                    places = bin_places(found.ranges)
+                    self.cycles[s, a] += factor * np.bincount(
+                        places, weights=found.counts, minlength=MOMENT_BINS.size
+                    )
+        self.power[speed].append(rows[:, run.place("GenPwr")].copy())
+        self.largest = max(self.largest, float(rows[:, run.place("GenSpeed")].max()) / self.gear)
+
+    def result(self, *, weld: Weld, seconds: float, key: str, simulations: int) -> LoadSet:
+        power = [np.concatenate(self.power[u]) for u in self.settings.wind_speeds]
+        return LoadSet(
+            loads=FatigueLoads(cycles=self.cycles, weld=weld),
+            wind_speeds=np.array(self.settings.wind_speeds),
+            power=np.array([p.mean() for p in power]),
+            power_deviation=np.array([p.std() for p in power]),
+            largest_speed=self.largest,
+            simulations=simulations,
+            seconds=seconds,
+            key=key,
+        )
