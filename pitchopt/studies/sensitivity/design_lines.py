@@ -154,7 +154,9 @@ class FrozenLines:
             low, high = rotor.pitch_limits(curves.azimuth, self.pitch)
             at = 0.5 * (low + high)
         up, down = (
-            np.stack(rotor.blade_loads(curves.azimuth, at, sign * _RATE_STEP, mean_pitch=self.pitch))
+            np.stack(
+                rotor.blade_loads(curves.azimuth, at, sign * _RATE_STEP, mean_pitch=self.pitch)
+            )
             for sign in (1.0, -1.0)
         )
         return np.asarray((up - down) * (rotor.rotor_speed / (2 * _RATE_STEP)))
@@ -164,6 +166,4 @@ def _five(parts: FloatArray, azimuth: FloatArray) -> FloatArray:
     """Torque, tilt, yaw, thrust, bending of torque, bending, radial, thrust."""
     torque, bending, radial, thrust = parts
     c, s = np.cos(azimuth), np.sin(azimuth)
-    return np.stack(
-        [torque, bending * c - radial * s, bending * s + radial * c, thrust, bending]
-    )
+    return np.stack([torque, bending * c - radial * s, bending * s + radial * c, thrust, bending])

@@ -99,8 +99,8 @@ class DesignPoint:
             )
         if not design.status.ok:
             raise InputError(
-                f"design: got one that ended with {design.status.value!r}, expected a converged one: "
-                "there are no multipliers at any other"
+                f"design: got one that ended with {design.status.value!r}, expected a converged "
+                "one: there are no multipliers at any other"
             )
 
     # ---- what it is made of ------------------------------------------------------------------
@@ -147,9 +147,7 @@ class DesignPoint:
             low = (1.0 - other.get("loss", design.target)) * self.largest_torque
             return Objective.least_rms(task.weights, torque_min=low, **limits)
         torque = other.get("torque", design.target)
-        return Objective.least_rms(
-            task.weights, torque_min=torque, torque_max=torque, **limits
-        )
+        return Objective.least_rms(task.weights, torque_min=torque, torque_max=torque, **limits)
 
     @cached_property
     def problem(self) -> DesignProblem:

@@ -12,30 +12,23 @@ station) the last convex subproblem at the design reads
                mean(beta + d) as frozen, beta + d within the harmonics
 
 with d = 0 its optimum and the multipliers of :mod:`..stationary`.  RMS values are cones
-s_l >= || L_l || / sqrt(m), whose multiplier y_l is a vector: where a design holds a load flat, its RMS
-has no gradient, yet y_l is there.  The lines are those that the profile stands on, followed into
-another wind (:mod:`..design_lines`).  What a parameter c changes:
-
-    rate    D, and the ends of the range where they are tightened to what the rate can follow
-    lower, upper   low_n, high_n, except where stall limits hold
-    mu      the objective, by -dmu x weighted RMS: the envelope of a function that is convex in mu
-    loss, torque   torque_min (and torque_max)
-    shear   line, slope, rate, and low_n, high_n where stall limits hold
+s_l >= || L_l || / sqrt(m), whose multiplier y_l is a vector: where a design holds a load flat, its
+RMS has no gradient, yet y_l is there.  The lines are those that the profile stands on, followed
+into another wind (:mod:`..design_lines`).  What a
+parameter c changes of it is in :mod:`..design_states`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pitchopt.checks import FloatArray
-from pitchopt.design.limits import lipschitz_lower, lipschitz_upper
 from pitchopt.sensitivity import Estimate, PostOptimum, Thresholds
-from pitchopt.studies.sensitivity.design_lines import FrozenLines, Lines
+from pitchopt.studies.sensitivity.design_states import States
 
 if TYPE_CHECKING:
     from pitchopt.studies.sensitivity.design_point import DesignPoint
@@ -45,7 +38,7 @@ __all__ = ["DesignRows", "Group"]
 _SMALL = 2.0**-8  # of a step, for the derivative
 _LARGEST = 400  # stations up to which assumptions are judged, which takes dense algebra
 _LOADS = ("mean torque", "RMS of tilt", "RMS of yaw", "RMS of thrust", "RMS of a blade")
-_ROUND = 1e-4
+_ROUND = 1e-4  # share by which the price of a load that is not flat may miss its limit
 _SIZE = float(np.pi / 180.0)  # [rad], the size of a move
 
 
@@ -69,19 +62,6 @@ class Group:
     high: float
     multiplier: float
     share: FloatArray | None
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _State:
-    """What rows are made of at a value of the parameter."""
-
-    lines: Lines
-    step: float
-    low: FloatArray
-    high: FloatArray
-    torque_min: float
-    torque_max: float
-    extra: float = 0.0
 
 
 class DesignRows:
@@ -110,23 +90,9 @@ class DesignRows:
         self.index = np.arange(n)
         self.y = kkt.prices
         self.loads = [0, *(k for k in range(1, 5) if np.any(self.y[k]))]
-        frozen = point.case.table is None
-        self.lines = FrozenLines(
-            curves=curves,
-            profile=self.profile,
-            point=kkt,
-            pitch=point.pitch,
-            rotor=point.rotor_of(point.held) if frozen else None,
-        )
-        self.start = _State(
-            lines=self.lines.own(),
-            step=problem.step,
-            low=curves.lower,
-            high=curves.upper,
-            torque_min=objective.torque_min,
-            torque_max=objective.torque_max,
-        )
-        self._states: dict[float, _State] = {self.reference: self.start}
+        self.judged = judged and n <= _LARGEST
+        self.states = States(point, name, all_ends=self.judged)
+        self.start = self.states.start
         loads = self.start.lines.value + self.start.lines.rates * curves.profile_rate(self.profile)
         self.at = np.concatenate([np.zeros(n), *loads[self.loads]])
         self.lambdas = objective.lambdas
@@ -145,7 +111,14 @@ class DesignRows:
             if np.isfinite(getattr(objective, limit))
         ]
         self.inequalities = np.concatenate(
-            [[price for *_, price in self.floors], [mult.cap] * self.capped, kkt.rate_up, kkt.rate_down, kkt.lower, kkt.upper]
+            [
+                [price for *_, price in self.floors],
+                [mult.cap] * self.capped,
+                kkt.rate_up,
+                kkt.rate_down,
+                kkt.lower,
+                kkt.upper,
+            ]
         )
         prices = [(kkt.torque_price / m if k == 0 else 0.0) - self.y[k] for k in self.loads]
         ties = [mult.loads[k] for k in self.flat]
@@ -154,7 +127,6 @@ class DesignRows:
         if problem.basis is not None:
             ties.append(np.broadcast_to(mult.basis, (n,)))
         self.equalities = np.concatenate([*prices, *ties])
-        self.judged = judged and n <= _LARGEST
 
     # ---- the estimate ------------------------------------------------------------------------
 
@@ -181,9 +153,9 @@ class DesignRows:
             thresholds=Thresholds(wrong=np.inf),
         )
 
-    def estimate(self) -> Estimate:
-        """First-order and high-order estimate of what the step does."""
-        return self.post.estimate(self.step, check_feasible=False)
+    def estimate(self, step: float | None = None) -> Estimate:
+        """First-order and high-order estimate of what the step, or one to its side, does."""
+        return self.post.estimate(self.step if step is None else step, check_feasible=False)
 
     def groups(self, estimate: Estimate) -> tuple[Group, ...]:
         """Kinds of rows that carry an estimate, largest first."""
@@ -219,8 +191,9 @@ class DesignRows:
             add(text, [slice(i, i + 1)])
         blocks = [slice(stations + k * n, stations + (k + 1) * n) for k in range(4)]
         add("pitch rate", blocks[:2])
-        add("lower end of pitch", [blocks[2]])
-        add("upper end of pitch", [blocks[3]])
+        what = "stall limit" if self.name == "shear" else "end of pitch"
+        add(f"lower {what}", [blocks[2]])
+        add(f"upper {what}", [blocks[3]])
         begin = self.inequalities.size
         for k, load in enumerate(self.loads):
             rows = slice(begin + k * n, begin + (k + 1) * n)
@@ -280,10 +253,10 @@ class DesignRows:
         return value - float(self.kkt.travel @ (np.roll(d, -1) - d))
 
     def _objective(self, x: FloatArray, c: float) -> float:
-        return self.constant + self._gain(x) + self._state(c).extra
+        return self.constant + self._gain(x) + self.states.at(c).extra
 
     def _inequalities(self, x: FloatArray, c: float) -> FloatArray:
-        state, beta = self._state(c), self.profile + x[: self.count]
+        state, beta = self.states.at(c), self.profile + x[: self.count]
         mean = float(x[self.count : 2 * self.count].sum()) / self.curves.positions
         change = np.roll(beta, -1) - beta
         floors = [sign * (getattr(state, limit) - mean) for _, sign, limit, _ in self.floors]
@@ -292,15 +265,24 @@ class DesignRows:
             blade = x.reshape(-1, self.count)[1 + self.loads.index(4)]
             cap = [self._rms(4, blade) - self.cap]
         return np.concatenate(
-            [floors, cap, change - state.step, -change - state.step, state.low - beta, beta - state.high]
+            [
+                floors,
+                cap,
+                change - state.step,
+                -change - state.step,
+                state.low - beta,
+                beta - state.high,
+            ]
         )
 
+    def _line_values(self, x: FloatArray, c: float) -> FloatArray:
+        lines, d = self.states.lines(c), x[: self.count]
+        rate = self.curves.profile_rate(self.profile + d)
+        model = lines.value + lines.slope * d + lines.rates * rate
+        return np.asarray(x[self.count :] - model[self.loads].ravel())
+
     def _equalities(self, x: FloatArray, c: float) -> FloatArray:
-        lines, d = self._state(c).lines, x[: self.count]
-        loads = x.reshape(-1, self.count)[1:]
-        model = (
-            lines.value + lines.slope * d + lines.rates * self.curves.profile_rate(self.profile + d)
-        )
+        d, loads = x[: self.count], x.reshape(-1, self.count)[1:]
         ties = []
         for k in self.flat:
             rotor = loads[self.loads.index(k)].reshape(-1, self.curves.positions).sum(axis=0)
@@ -309,7 +291,7 @@ class DesignRows:
             ties.append(np.array([d.sum()]))
         if self._projector is not None:
             ties.append(self._projector @ d)
-        return np.concatenate([*(loads - model[self.loads]), *ties])
+        return np.concatenate([self._line_values(x, c), *ties])
 
     @cached_property
     def _projector(self) -> FloatArray | None:
@@ -322,7 +304,7 @@ class DesignRows:
 
     def _gradients(self, x: FloatArray, c: float) -> tuple[Any, Any, Any]:  # noqa: ARG002
         n, width = self.count, (1 + len(self.loads)) * self.count
-        lines, eye = self._state(c).lines, np.eye(n)
+        lines, eye = self.states.at(c).lines, np.eye(n)
         after = np.roll(eye, 1, axis=1)  # picks station n + 1
         f = np.zeros(width)
         f[:n] = self.kkt.travel - np.roll(self.kkt.travel, 1)
@@ -366,14 +348,9 @@ class DesignRows:
         small = _SMALL * self.step
         ahead = c + small
         near = self._rows(x, ahead) - self._rows(x, c)
-        if self.name == "shear":
-            behind = replace(self._state(ahead), lines=self._shear_lines(c - small))
-            key = float("inf")  # lines of one side, everything else of the other
-            self._states[key] = behind
-            far = self._rows(x, ahead) - self._rows(x, key)
-            del self._states[key]
-            rows = np.flatnonzero(far)
-            near[rows] = far[rows] / 2
+        if self.name == "shear":  # of lines from both sides, they are smooth
+            lines = self._line_values(x, ahead) - self._line_values(x, c - small)
+            near[1 + self.inequalities.size :][: lines.size] = lines / 2
         near = near / small
         count = self.inequalities.size
         return near[:1], near[1 : 1 + count, None], near[1 + count :, None]
@@ -382,45 +359,6 @@ class DesignRows:
         return np.concatenate(
             [[self._objective(x, c)], self._inequalities(x, c), self._equalities(x, c)]
         )
-
-    # ---- what the parameter changes ----------------------------------------------------------
-
-    def _state(self, c: float) -> _State:
-        if c not in self._states:
-            self._states[c] = self._stated(c)
-        return self._states[c]
-
-    def _stated(self, c: float) -> _State:
-        point, start, change = self.point, self.start, c - self.reference
-        if self.name == "mu":
-            return replace(start, extra=-change * point.task.weights.weighted(point.design.loads))
-        if self.name in ("loss", "torque"):
-            objective = point.changed(self.name, change).objective
-            return replace(
-                start, torque_min=objective.torque_min, torque_max=objective.torque_max
-            )
-        task = point.changed(self.name, change).task
-        if self.name == "rate":
-            step = task.limits.step(self.count)
-            if not self._ends_matter:
-                return replace(start, step=step)
-            low, high = point.raw_ends(point.held)
-            return replace(
-                start, step=step, low=lipschitz_lower(low, step), high=lipschitz_upper(high, step)
-            )
-        ends = point.ends(task) if self._ends_matter else (start.low, start.high)
-        if self.name != "shear":
-            return replace(start, low=ends[0], high=ends[1])
-        return replace(start, low=ends[0], high=ends[1], lines=self._shear_lines(c))
-
-    @cached_property
-    def _ends_matter(self) -> bool:
-        """Whether moved ends of the range can add to an estimate or be reached."""
-        return self.judged or bool(np.any(self.kkt.lower) or np.any(self.kkt.upper))
-
-    def _shear_lines(self, c: float) -> Lines:
-        task = self.point.changed("shear", c - self.reference).task
-        return self.lines.of(self.point.rotor_of(task))
 
     # ---- names -------------------------------------------------------------------------------
 
@@ -446,9 +384,3 @@ class DesignRows:
         if self._projector is not None:
             names += [f"harmonics at {a}" for a in at]
         return names
-
-
-def active(share: FloatArray) -> NDArray[np.bool_]:
-    """Stations that add more than a hundredth of the largest share."""
-    size = np.abs(share)
-    return np.asarray(size > 0.01 * float(size.max(initial=0.0)))

@@ -24,6 +24,7 @@ also where the design holds a load flat and J_l is zero), w those of the rate.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,10 +35,13 @@ from pitchopt.design.multipliers import Multipliers
 from pitchopt.design.problem import DesignProblem, Objective
 from pitchopt.errors import ComputationError
 
+Entry = tuple[Any, Any, Any]
+
 __all__ = ["REACH", "Stationary", "stationary"]
 
 REACH = 2e-6
 """Breakpoints and limits nearer than this count as touched [rad]; local solves stop as near."""
+_TOLERANCE = 1e-10
 _UNIT = 1e-3  # [rad], the size of a move in the program
 _LEAST_SPREAD = 0.02  # of a load, below which its unit does not fall
 
@@ -160,147 +164,168 @@ class _Local:
         self.loads = self.curves.evaluate(profile)
         self.index = np.arange(profile.size)
         self.program = ConeProgram()
-        self.single: dict[str, slice] = {}
+        self.rows: dict[str, slice] = {}
+        self.cones: dict[int, slice] = {}
+        self.units: dict[int, float] = {}
+        self.half = 0.5 / self.curves.spacing
         self.unit_torque = max(
             float(np.mean(np.abs(self.near.right[0]) + np.abs(self.near.left[0]))) * _UNIT, 1e-300
         )
 
     # ---- the program -------------------------------------------------------------------------
 
-    def _moves(self, row: NDArray[np.intp], right: FloatArray, left: FloatArray) -> list:
+    def _moves(self, row: NDArray[np.intp], right: FloatArray, left: FloatArray) -> list[Entry]:
         """Entries of a sum over stations of right p - left q."""
-        return [(row, self.p + self.index, right * _UNIT), (row, self.q + self.index, -left * _UNIT)]
+        return [
+            (row, self.p + self.index, right * _UNIT),
+            (row, self.q + self.index, -left * _UNIT),
+        ]
 
-    def _shifted(self, row: NDArray[np.intp], factor: FloatArray, shift: int) -> list:
+    def _shifted(self, row: NDArray[np.intp], factor: FloatArray, shift: int) -> list[Entry]:
         """Entries of factor_n (move of station n + shift)."""
         other = np.roll(self.index, -shift)
         return [(row, self.p + other, factor * _UNIT), (row, self.q + other, -factor * _UNIT)]
 
     def solve(self) -> Stationary:
-        problem, objective, curves, near = self.problem, self.objective, self.curves, self.near
-        program, idx, n, m = self.program, self.index, self.profile.size, self.curves.positions
+        """Pose the program, solve it, and read its multipliers."""
+        self._moves_and_torque()
+        self._profile_rows()
+        self._torque_rows()
+        self._load_rows()
+        solution = self.program.solve(tolerance=_TOLERANCE)
+        if not solution.solved:
+            solution = self.program.solve(reduced=True)
+        if not solution.solved:
+            raise ComputationError(
+                f"multipliers: the cone solver ended with {solution.status} at the design"
+            )
+        z, rows = solution.z, self.rows
+        up, down = z[rows["rate up"]] / _UNIT, z[rows["rate down"]] / _UNIT
+        travel = np.zeros(up.size)
+        if "travel up" in rows:
+            travel = (z[rows["travel up"]] - z[rows["travel down"]]) / _UNIT
+        value = self.problem.value_of(self.loads, self.problem.travel(self.profile), self.objective)
+        torque = self.objective.torque * float(self.loads.mean[0])
+        gain = torque - self.program.value(solution.x) - value
+        return self._judged(self._multipliers(z, up - down), up, down, travel, value, gain)
+
+    def _moves_and_torque(self) -> None:
+        """Variables p and q with their room, and what they do to mean torque."""
+        program, near, idx, n = self.program, self.near, self.index, self.profile.size
         self.p = program.variables("up", n).start
         self.q = program.variables("down", n).start
-        half = 0.5 / curves.spacing
-        folded = (np.roll(curves.rates[0], 1) - np.roll(curves.rates[0], -1)) * half / m
-        right, left = near.right[0] / m + folded, near.left[0] / m + folded
-        a = objective.torque
-        program.add_cost(self.p + idx, -a * right * _UNIT)
-        program.add_cost(self.q + idx, a * left * _UNIT)
-        loads = [
-            k for k in range(5)
-            if objective.lambdas[k] > 0 or (k == 4 and np.isfinite(objective.blade_cap))
-        ]
-        values = [*self.loads.rotor, self.loads.bending]
-        units, spread = {}, {}
-        for k in loads:
-            change = float(np.sqrt(np.mean(near.right[k] ** 2 + near.left[k] ** 2))) * _UNIT
-            units[k] = max(change, _LEAST_SPREAD * float(values[k].std())) or 1.0
-            spread[k] = program.variables(f"s{k}", 1).start
-            program.variables(f"mean{k}", 1)
-            program.add_cost(np.array([spread[k]]), np.array([objective.lambdas[k] * units[k]]))
-        if objective.travel > 0:
-            travel = program.variables("u", n, cost=objective.travel * _UNIT).start
         for start, room in ((self.p, near.up), (self.q, near.down)):
             program.nonneg(np.zeros(n), (idx, start + idx, -1.0))
             program.nonneg(room / _UNIT, (idx, start + idx, 1.0))
+        curves = self.curves
+        folded = (np.roll(curves.rates[0], 1) - np.roll(curves.rates[0], -1)) * self.half
+        self.right, self.left = (
+            (slopes[0] + folded) / curves.positions for slopes in (near.right, near.left)
+        )
+        a = self.objective.torque * _UNIT
+        program.add_cost(self.p + idx, -a * self.right)
+        program.add_cost(self.q + idx, a * self.left)
+
+    def _profile_rows(self) -> None:
+        """Mean pitch, harmonics, rate limits and price of travel."""
+        problem, program, idx, n = self.problem, self.program, self.index, self.profile.size
         one = np.full(n, 1.0 / _UNIT)
-        mean = basis = None
-        if curves.mean_pitch is not None:
-            gap = (curves.mean_pitch - float(self.profile.mean())) * n / _UNIT
-            mean = program.zero(np.array([gap]), *self._shifted(np.zeros(n, dtype=np.intp), one, 0))
+        mean = self.curves.mean_pitch
+        if mean is not None:
+            gap = (mean - float(self.profile.mean())) * n / _UNIT
+            self.rows["mean"] = program.zero(np.array([gap]), *self._shifted(0 * idx, one, 0))
         if problem.basis is not None:
             wide = problem.basis.shape[1]
-            f = program.variables("fourier", wide).start
-            column = np.tile(f + np.arange(wide), n)
-            basis = program.zero(
+            column = program.variables("fourier", wide).start + np.tile(np.arange(wide), n)
+            self.rows["basis"] = program.zero(
                 np.zeros(n),
                 *self._shifted(idx, one, 0),
                 (np.repeat(idx, wide), column, -problem.basis.ravel()),
             )
+        priced = self.objective.travel > 0
+        if priced:
+            travel = program.variables("u", n, cost=self.objective.travel * _UNIT).start
         change = np.roll(self.profile, -1) - self.profile
-        rates = []
-        for sign in (1.0, -1.0):
+        for word, sign in (("up", 1.0), ("down", -1.0)):
+            entries = [*self._shifted(idx, sign * one, 1), *self._shifted(idx, -sign * one, 0)]
             room = np.maximum(problem.step - sign * change, 0.0) / _UNIT
-            rates.append(
-                program.nonneg(
-                    room, *self._shifted(idx, sign * one, 1), *self._shifted(idx, -sign * one, 0)
+            self.rows[f"rate {word}"] = program.nonneg(room, *entries)
+            if priced:
+                self.rows[f"travel {word}"] = program.nonneg(
+                    -sign * change / _UNIT, *entries, (idx, travel + idx, -1.0)
                 )
-            )
-        travels = []
-        if objective.travel > 0:
-            travels = [
-                program.nonneg(
-                    -sign * change / _UNIT,
-                    *self._shifted(idx, sign * one, 1),
-                    *self._shifted(idx, -sign * one, 0),
-                    (idx, travel + idx, -1.0),
-                )
-                for sign in (1.0, -1.0)
-            ]
-        torque = float(self.loads.mean[0])
-        zero = np.zeros(n, dtype=np.intp)
+
+    def _torque_rows(self) -> None:
+        """Limits of mean torque."""
+        torque, unit = float(self.loads.mean[0]), self.unit_torque
         for name, sign, limit in (
-            ("min", -1.0, objective.torque_min),
-            ("max", 1.0, objective.torque_max),
+            ("min", -1.0, self.objective.torque_min),
+            ("max", 1.0, self.objective.torque_max),
         ):
             if np.isfinite(limit):
-                room = max(sign * (limit - torque), 0.0) / self.unit_torque
-                entries = self._moves(
-                    zero, sign * right / self.unit_torque, sign * left / self.unit_torque
+                room = max(sign * (limit - torque), 0.0) / unit
+                scale = sign / unit
+                self.rows[name] = self.program.nonneg(
+                    np.array([room]),
+                    *self._moves(0 * self.index, scale * self.right, scale * self.left),
                 )
-                self.single[name] = program.nonneg(np.array([room]), *entries)
-        if np.isfinite(objective.blade_cap):
-            cap = max(objective.blade_cap, self.loads.blade_rms) / units[4]
-            self.single["cap"] = program.nonneg(np.array([cap]), (0, spread[4], 1.0))
-        cones = {}
-        for k in loads:
+
+    def _load_rows(self) -> None:
+        """Cones of the RMS values, and the cap on that of a blade."""
+        program, near, idx, m = self.program, self.near, self.index, self.curves.positions
+        lambdas, cap = self.objective.lambdas, self.objective.blade_cap
+        values = [*self.loads.rotor, self.loads.bending]
+        for k in range(5):
+            if lambdas[k] == 0 and not (k == 4 and np.isfinite(cap)):
+                continue
+            change = float(np.sqrt(np.mean(near.right[k] ** 2 + near.left[k] ** 2))) * _UNIT
+            unit = max(change, _LEAST_SPREAD * float(values[k].std())) or 1.0
+            s = program.variables(f"s{k}", 1).start
+            program.variables(f"mean{k}", 1)  # the column after that of s
+            program.add_cost(np.array([s]), np.array([lambdas[k] * unit]))
             residual = values[k] - values[k].mean()
-            weight = 1.0 / (np.sqrt(residual.size) * units[k])
+            weight = 1.0 / (np.sqrt(residual.size) * unit)
             at = 1 + (idx if k == 4 else idx % m)
-            entries = [
-                (0, spread[k], -1.0),
+            entries: list[Entry] = [
+                (0, s, -1.0),
                 *self._moves(at, -near.right[k] * weight, -near.left[k] * weight),
-                (1 + np.arange(residual.size), spread[k] + 1, 1.0 / np.sqrt(residual.size)),
+                (1 + np.arange(residual.size), s + 1, 1.0 / np.sqrt(residual.size)),
             ]
-            if np.any(curves.rates):
-                share = curves.rates[k] * (half * weight)
+            if np.any(self.curves.rates):
+                share = self.curves.rates[k] * (self.half * weight)
                 entries += [*self._shifted(at, -share, 1), *self._shifted(at, share, -1)]
-            cones[k] = program.second_order(np.concatenate([[0.0], residual * weight]), *entries)
-        solution = program.solve(tolerance=1e-10)
-        if not solution.solved:
-            solution = program.solve(reduced=True)
-        if not solution.solved:
-            raise ComputationError(
-                f"multipliers: the cone solver ended with {solution.status} at the converged profile"
+            self.units[k] = unit
+            self.cones[k] = program.second_order(
+                np.concatenate([[0.0], residual * weight]), *entries
             )
-        z = solution.z
+            if k == 4 and np.isfinite(cap):
+                room = max(cap, self.loads.blade_rms) / unit
+                self.rows["cap"] = program.nonneg(np.array([room]), (0, s, 1.0))
+
+    def _multipliers(self, z: FloatArray, rate: FloatArray) -> Multipliers:
+        """Multipliers in N m, N m/rad and without unit."""
+        n, m, rows = self.profile.size, self.curves.positions, self.rows
         y, blade = np.zeros((4, m)), np.zeros(n)
-        for k, rows in cones.items():
-            price = -z[rows][1:] / (np.sqrt(rows.stop - rows.start - 1) * units[k])
+        for k, cone in self.cones.items():
+            price = -z[cone][1:] / (np.sqrt(n if k == 4 else m) * self.units[k])
             if k == 4:
                 blade = price - price.mean()
             else:
                 y[k] = price - price.mean()
-        up, down = z[rates[0]] / _UNIT, z[rates[1]] / _UNIT
-        single = {
-            name: float(z[rows][0]) / (units[4] if name == "cap" else self.unit_torque)
-            for name, rows in self.single.items()
-        }
-        moved = sum((z[r] * s for r, s in zip(travels, (1.0, -1.0), strict=False)), np.zeros(n))
-        mult = Multipliers(
+
+        def single(name: str, unit: float) -> float:
+            return float(z[rows[name]][0]) / unit if name in rows else 0.0
+
+        return Multipliers(
             loads=y,
             blade=blade,
-            rate=up - down,
-            torque_min=single.get("min", 0.0),
-            torque_max=single.get("max", 0.0),
-            cap=single.get("cap", 0.0),
-            mean=0.0 if mean is None else float(z[mean][0]) * n / _UNIT,
-            basis=0.0 if basis is None else z[basis] / _UNIT,
+            rate=rate,
+            torque_min=single("min", self.unit_torque),
+            torque_max=single("max", self.unit_torque),
+            cap=single("cap", self.units.get(4, 1.0)),
+            mean=single("mean", _UNIT / n),
+            basis=z[rows["basis"]] / _UNIT if "basis" in rows else 0.0,
         )
-        value = problem.value_of(self.loads, problem.travel(self.profile), objective)
-        promised = a * torque - program.value(solution.x)
-        return self._judged(mult, up, down, moved / _UNIT, value, promised - value)
 
     # ---- the conditions ----------------------------------------------------------------------
 
@@ -313,16 +338,13 @@ class _Local:
         value: float,
         gain: float,
     ) -> Stationary:
-        from pitchopt.design.scp import _rate_terms
-
         curves, near = self.curves, self.near
         g = self.objective.torque + mult.torque_min - mult.torque_max
         y = np.concatenate([np.tile(mult.loads, (1, curves.blades)), mult.blade[None]])
-        torque_rate, load_rate = _rate_terms(curves, y, g)
+        priced = g * curves.rates[0] / curves.positions - np.sum(y * curves.rates, axis=0)
+        by_rate = (np.roll(priced, 1) - np.roll(priced, -1)) * (0.5 / curves.spacing)
         w = up - down + travel
-        common = (
-            torque_rate - load_rate + w - np.roll(w, 1) - mult.mean / curves.stations - mult.basis
-        )
+        common = by_rate + w - np.roll(w, 1) - mult.mean / curves.stations - mult.basis
 
         def own(slopes: FloatArray) -> FloatArray:
             return np.asarray(g * slopes[0] / curves.positions - np.sum(y * slopes, axis=0))
@@ -334,7 +356,11 @@ class _Local:
         slope = (1 - theta) * left + theta * right
         upper = np.where(near.at_top, np.maximum(slope, 0.0), 0.0)
         lower = np.where(near.at_bottom, np.maximum(-slope, 0.0), 0.0)
-        terms = [np.abs(g * near.left[0] / curves.positions), np.abs(y * near.left).max(axis=0), np.abs(w)]
+        sizes = [
+            np.abs(g * near.left[0] / curves.positions),
+            np.abs(y * near.left).max(axis=0),
+            np.abs(w),
+        ]
         return Stationary(
             multipliers=mult,
             torque_price=g,
@@ -348,7 +374,7 @@ class _Local:
             left=near.left,
             right=near.right,
             residual=slope - upper + lower,
-            scale=max(float(np.max(term)) for term in terms) or 1.0,
+            scale=max(float(np.max(size)) for size in sizes) or 1.0,
             value=value,
             gain=gain,
         )
