@@ -22,7 +22,7 @@ from pitchopt.checks import FloatArray
 from pitchopt.design.task import Progress
 from pitchopt.errors import ComputationError, InfeasibleError, InputError, PitchoptError
 from pitchopt.sensitivity import Estimate
-from pitchopt.studies.sensitivity.design_point import DesignPoint
+from pitchopt.studies.sensitivity.design_point import UNITS, DesignPoint
 from pitchopt.studies.sensitivity.design_rows import DesignRows, Group
 from pitchopt.studies.sensitivity.design_truth import Truth, resolved
 
@@ -174,8 +174,11 @@ def design_sensitivity(
     for name, step in given.items():
         point.require(name)
         if step == 0.0:
-            raise InputError(f"step of {name}: got 0, expected a change")
-        point.changed(name, step)
+            raise InputError(f"step of the {UNITS[name][0]}: got 0, expected a change")
+        try:
+            point.changed(name, step)
+        except InfeasibleError as error:
+            raise InputError(str(error)) from error
     names = point.parameters
     rows, skipped = [], []
     for count, name in enumerate(names):
@@ -188,7 +191,7 @@ def design_sensitivity(
             )
         except (InputError, InfeasibleError) as error:
             if name in given:
-                raise InputError(f"step of {name}: {error}") from error
+                raise InputError(f"{UNITS[name][0]}: {error}") from error
             skipped.append((name, " ".join(str(error).split())))
     if progress is not None:
         progress(len(names), len(names), "done")

@@ -18,19 +18,9 @@ from pitchopt.studies.sensitivity.design import (
     DesignSensitivity,
     where,
 )
+from pitchopt.studies.sensitivity.design_point import UNITS
 
-__all__ = ["UNITS", "curve_records", "held_text", "sensitivity_csv", "sensitivity_record"]
-
-UNITS: Mapping[str, tuple[str, str, float]] = {
-    "rate": ("pitch rate", "deg/s", float(np.degrees(1.0))),
-    "lower": ("lower end of range", "deg", float(np.degrees(1.0))),
-    "upper": ("upper end of range", "deg", float(np.degrees(1.0))),
-    "mu": ("price mu", "-", 1.0),
-    "loss": ("torque lost", "%", 100.0),
-    "torque": ("mean torque", "kN m", 1e-3),
-    "shear": ("shear exponent", "-", 1.0),
-}
-"""Name, unit and factor by which people read a parameter."""
+__all__ = ["curve_records", "held_text", "sensitivity_csv", "sensitivity_record"]
 
 
 def held_text(result: DesignSensitivity) -> str:

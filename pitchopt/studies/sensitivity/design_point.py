@@ -16,6 +16,7 @@ that estimate and re-solved truth speak of the same problem.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -25,7 +26,7 @@ import numpy as np
 from pitchopt.checks import FloatArray, finite_number
 from pitchopt.design.limits import lipschitz_lower, lipschitz_upper
 from pitchopt.design.problem import DesignProblem, Objective
-from pitchopt.errors import InfeasibleError, InputError
+from pitchopt.errors import InfeasibleError, InputError, PitchoptError
 from pitchopt.studies.sensitivity.stationary import Stationary, stationary
 
 if TYPE_CHECKING:
@@ -34,21 +35,23 @@ if TYPE_CHECKING:
     from pitchopt.design.results import Compared, Design
     from pitchopt.design.task import DesignTask
 
-__all__ = ["PARAMETERS", "Changed", "DesignPoint"]
+__all__ = ["PARAMETERS", "UNITS", "Changed", "DesignPoint"]
 
 PARAMETERS = ("rate", "lower", "upper", "mu", "loss", "torque", "shear")
 
 _GOALS = {"mu": "mu", "loss": "max_power_loss", "torque": "mean_torque"}
-_WORDS = {
-    "rate": "pitch rate",
-    "lower": "lower end of the pitch range",
-    "upper": "upper end of the pitch range",
-    "mu": "price mu",
-    "loss": "allowed loss of torque",
-    "torque": "mean torque",
-    "shear": "shear exponent",
-}
 _DEGREE = float(np.pi / 180.0)
+
+UNITS: Mapping[str, tuple[str, str, float]] = {
+    "rate": ("pitch rate", "deg/s", float(np.degrees(1.0))),
+    "lower": ("lower end of range", "deg", float(np.degrees(1.0))),
+    "upper": ("upper end of range", "deg", float(np.degrees(1.0))),
+    "mu": ("price mu", "-", 1.0),
+    "loss": ("torque lost", "%", 100.0),
+    "torque": ("mean torque", "kN m", 1e-3),
+    "shear": ("shear exponent", "-", 1.0),
+}
+"""Name, unit and factor by which people read a parameter."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -211,7 +214,7 @@ class DesignPoint:
         why = self._missing(name)
         if why is not None:
             raise InputError(
-                f"{_WORDS[name]}: the design has no such parameter, {why}; expected one of "
+                f"{UNITS[name][0]}: the design has no such parameter, {why}; expected one of "
                 f"{', '.join(self.parameters)}"
             )
 
@@ -230,11 +233,14 @@ class DesignPoint:
     def default_step(self, name: str) -> float:
         """Change that is looked at when none is asked for, in SI and radians.
 
-        A degree a second more rate, a degree wider range, a tenth lower price, a share of 0.5 % of
-        torque more to lose, 0.5 % of the held torque more, 0.02 more shear.
+        A degree a second more rate, a degree wider range, a tenth lower price (0.1 more where it
+        is zero), a share of 0.5 % of torque more to lose, 0.5 % of the held torque more, 0.02
+        more shear.
         """
-        if name in ("mu", "torque"):
-            return (-0.1 if name == "mu" else 5e-3) * self.value(name)
+        if name == "mu":
+            return -0.1 * self.value(name) or 0.1
+        if name == "torque":
+            return 5e-3 * self.value(name)
         if name == "loss":
             return 5e-3
         return {"rate": _DEGREE, "lower": -_DEGREE, "upper": _DEGREE, "shear": 0.02}[name]
@@ -249,14 +255,16 @@ class DesignPoint:
         InfeasibleError
             If the new value leaves no profile.
         """
-        step = finite_number(f"step of the {_WORDS[name]}", step)
+        words, unit, factor = UNITS[name]
+        step = finite_number(f"step of the {words}", step)
         value = self.value(name) + step
+        shown = "" if unit == "-" else f" {unit}"
         try:
             return self._changed(name, value)
-        except InputError as error:
-            raise InputError(
-                f"{_WORDS[name]}: a step of {step:.6g} to {value:.6g} is outside what the design "
-                f"allows: {error}"
+        except PitchoptError as error:
+            raise type(error)(
+                f"{words}: a change by {factor * step:+.6g} to {factor * value:.6g}{shown} is not "
+                f"allowed: {error}"
             ) from error
 
     def _changed(self, name: str, value: float) -> Changed:

@@ -200,14 +200,19 @@ class _Local:
                 f"multipliers: the cone solver ended with {solution.status} at the design"
             )
         z, rows = solution.z, self.rows
-        up, down = z[rows["rate up"]] / _UNIT, z[rows["rate down"]] / _UNIT
+        w = (z[rows["rate up"]] - z[rows["rate down"]]) / _UNIT
+        if self.problem.step <= REACH / w.size:
+            # no change at all: both rows of a station hold, and a constant added to all w_n is
+            # as good; of all multipliers the least say what a little rate is worth
+            w = w - np.median(w)
+        up, down = np.maximum(w, 0.0), np.maximum(-w, 0.0)
         travel = np.zeros(up.size)
         if "travel up" in rows:
             travel = (z[rows["travel up"]] - z[rows["travel down"]]) / _UNIT
         value = self.problem.value_of(self.loads, self.problem.travel(self.profile), self.objective)
         torque = self.objective.torque * float(self.loads.mean[0])
         gain = torque - self.program.value(solution.x) - value
-        return self._judged(self._multipliers(z, up - down), up, down, travel, value, gain)
+        return self._judged(self._multipliers(z, w), up, down, travel, value, gain)
 
     def _moves_and_torque(self) -> None:
         """Variables p and q with their room, and what they do to mean torque."""
