@@ -190,8 +190,26 @@ class StaticRotor:
         self, positions: int = 24, mean_pitch: float | None = None
     ) -> tuple[PolarFit | None, ...]:
         """Polar fits that the curves use, one per section; None marks a linear section."""
+        return self.fixed_inflow(positions, mean_pitch).fits
+
+    def fixed_inflow(self, positions: int, mean_pitch: float | None = None) -> FixedInflow:
+        """Sections in the held flow at the stations, which the curves are made of.
+
+        Parameters
+        ----------
+        positions, mean_pitch
+            As in `curves`.
+
+        Raises
+        ------
+        InputError
+            With ``equilibrium``, where the flow answers to pitch, or if `mean_pitch` is missing
+            or out of range.
+        """
+        if self.induction == "equilibrium":
+            raise InputError("induction: got 'equilibrium', expected none or frozen for held flow")
         mean = self._mean(mean_pitch) if self.induction == "frozen" else None
-        return self._fixed(self._stations(positions), mean).fits
+        return self._fixed(self._stations(positions), mean)
 
     def _restricting(self) -> NDArray[np.bool_]:
         span = self.rotor.blade.span

@@ -183,6 +183,9 @@ def command(**options: Any) -> int:
     as_json = options["as_json"]
     folder = output.out_folder(options["out"], "design", case.name, as_json=as_json)
     solved = solve(case, options)
+    from pitchopt.cli.sensitivity_design import brief_sensitivity
+
+    sensitivity = brief_sensitivity(solved)
     files = _files(solved, plots=not options["no_plots"]) if folder else {}
     document = design_document(
         case.name,
@@ -194,6 +197,7 @@ def command(**options: Any) -> int:
         model=case.model_report(solved.task.model, solved.constant),
         hub_height=case.hub_height,
     )
+    document["sensitivity"] = sensitivity
     written = output.save(folder, {**files, "design.json": document_text(document)})
     if as_json:
         click.echo(document_text(document), nl=False)
@@ -242,6 +246,7 @@ def _files(solved: Solved, *, plots: bool) -> dict[str, bytes | str]:
 
 def _print(solved: Solved, document: dict[str, Any]) -> None:
     from pitchopt.cli.output import case_line, model_lines
+    from pitchopt.cli.sensitivity_tables import sensitivity_lines
     from pitchopt.cli.tables import design_table, number, reference_row
 
     record = document["design"]
@@ -269,4 +274,7 @@ def _print(solved: Solved, document: dict[str, Any]) -> None:
     if record["rms_lower_bound"] is not None and record["rms_weighted"] > 0:
         share = 100 * record["rms_lower_bound"] / record["rms_weighted"]
         click.echo(f"no profile with this torque has less than {share:.1f} % of the weighted RMS")
+    click.echo("")
+    for line in sensitivity_lines(document["sensitivity"]):
+        click.echo(line)
     click.echo("")

@@ -27,6 +27,11 @@ from pitchopt.plotting.learning import (
 from pitchopt.plotting.passage import plot_loads, plot_profiles
 from pitchopt.plotting.polar import plot_polar_fit
 from pitchopt.plotting.sensitivity import estimates_figure, plot_design_plane, plot_estimates
+from pitchopt.plotting.sensitivity_design import (
+    plot_design_curve,
+    plot_design_sensitivity,
+    sensitivity_figure,
+)
 from pitchopt.plotting.several import plot_regrets, plot_several_profiles
 from pitchopt.plotting.simulation import (
     SteadyCurve,
@@ -81,7 +86,9 @@ __all__ = [
     "plot_channel",
     "plot_contraction",
     "plot_cost_progress",
+    "plot_design_curve",
     "plot_design_plane",
+    "plot_design_sensitivity",
     "plot_design_space",
     "plot_estimates",
     "plot_gain_offset",
@@ -107,6 +114,7 @@ __all__ = [
     "png",
     "profiles_figure",
     "progress_figure",
+    "sensitivity_figure",
     "several_figures",
     "simulation_figure",
     "steady_curves_figure",

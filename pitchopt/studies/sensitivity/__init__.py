@@ -2,6 +2,20 @@
 
 from __future__ import annotations
 
+from pitchopt.studies.sensitivity.design import (
+    DesignCurve,
+    DesignRow,
+    DesignSensitivity,
+    design_curve,
+    design_sensitivity,
+)
+from pitchopt.studies.sensitivity.design_document import (
+    curve_records,
+    sensitivity_csv,
+    sensitivity_record,
+)
+from pitchopt.studies.sensitivity.design_point import PARAMETERS, DesignPoint
+from pitchopt.studies.sensitivity.design_truth import Truth
 from pitchopt.studies.sensitivity.quadratic import (
     OptimumCurve,
     QuadraticProgram,
@@ -12,10 +26,21 @@ from pitchopt.studies.sensitivity.quadratic import (
 )
 
 __all__ = [
+    "PARAMETERS",
+    "DesignCurve",
+    "DesignPoint",
+    "DesignRow",
+    "DesignSensitivity",
     "OptimumCurve",
     "QuadraticProgram",
+    "Truth",
     "active_set_program",
     "coupling_programs",
+    "curve_records",
+    "design_curve",
+    "design_sensitivity",
     "estimated_curve",
     "linearity_programs",
+    "sensitivity_csv",
+    "sensitivity_record",
 ]
