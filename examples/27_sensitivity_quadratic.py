@@ -1,8 +1,8 @@
 """Is it worth re-optimising?  Estimates from one optimum beside re-solved ones, on small programs.
 
-Figures C2, C4 and C5 of Iori et al.: three families of quadratic programs whose objective curves
-in the design, couples design and parameter, or has a constraint that becomes active on the way.  Each
-estimate says which of its assumptions look broken.
+Figures C2, C4 and C5 of Iori et al.: three families of quadratic programs, with an objective that
+curves in the design, one that couples design and parameter, and a constraint that becomes active on
+the way.  Each estimate says which of its assumptions look broken.
 
     python 27_sensitivity_quadratic.py [FOLDER] [--quick]
 """

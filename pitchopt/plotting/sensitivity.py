@@ -162,7 +162,7 @@ def plot_design_plane(
     x1 = np.linspace(left - 0.5 * width, right + 0.5 * width, 81)
     x2 = np.linspace(points[:, 1].min() - height, points[:, 1].max() + height, 81)
     plane = program.objective(*np.meshgrid(x1, x2), float(values[0]))
-    ax.contour(x1, x2, plane, levels=14, colors="0.7", linewidths=0.8)
+    ax.contour(x1, x2, plane, levels=14, colors="0.7", linewidths=0.8, linestyles="solid")
     styles = ("-", "--", "-.", ":")
     for i, (c, limit) in enumerate(zip(values, limits, strict=True)):
         style = styles[i % len(styles)]
@@ -173,7 +173,7 @@ def plot_design_plane(
     for c, (across, up) in zip(values, points, strict=True):
         ax.annotate(f"{c:g}", (across, up), xytext=(-7, 7), textcoords="offset points", ha="right")
     ax.set(xlabel="x1", ylabel="x2", xlim=(x1[0], x1[-1]), ylim=(x2[0], x2[-1]))
-    ax.legend(frameon=True, framealpha=0.9, fontsize="small", loc="upper left")
+    ax.legend(frameon=True, framealpha=0.9, fontsize="small", loc="lower right")
     return ax
 
 

@@ -2,7 +2,8 @@
 
 A3, the active set: rows that were inactive and become active or violated when they are
 re-evaluated at (x*, c_r + dc), or that the predicted step dx reaches; rows that were active and
-that dx leaves or cannot hold.  Rows that do not depend on c are only ever reached.
+that dx leaves or cannot hold.  Rows that do not depend on c are only ever reached.  Where the
+active rows determine dx, at a vertex, rows that it repairs again do not count.
 A2, no coupling: norm of D (grad_x L(x*, c_r + dc) - grad_x L(x*, c_r)) over that of D grad_x f.
 At an exact optimum the second gradient is zero; subtracting it leaves out what the solver left.
 A1, linearity: |L(x* + dx, c_r) - L(x*, c_r)| over the size of the estimate.
@@ -37,6 +38,10 @@ def stationarity(local: Local, thresholds: Thresholds) -> Assumption:
     measure, limit = local.stationarity, thresholds.stationarity
     holds = measure <= limit
     message = f"grad_x L at the optimum is {measure:.2g} of the size of grad_x f"
+    if local.gradients.error > 0.0:
+        message += (
+            f" (gradients by differences, with a relative error of {local.gradients.error:.1g})"
+        )
     if not holds:
         message += (
             f", above {limit:.2g}: the multipliers do not belong to this optimum, or the functions "
@@ -110,15 +115,17 @@ def active_set(
     if local is not None and step is not None and left_over is not None:
         predicted = there.entries + local.gradients.entries @ step
         after = layout.excess(predicted) / rows.length
+        if local.determined:  # a vertex: nothing but the predicted step can follow
+            repaired = (violated | becoming | tightened) & (after < -tolerance)
+            violated, becoming, tightened = (
+                mask & ~repaired for mask in (violated, becoming, tightened)
+            )
         reached = (rows.inactive & (after >= -tolerance)) | (rows.idle & (after > tolerance))
         reached &= ~(violated | becoming | tightened)
         slack = np.maximum(tolerance, SEEN * rows.distance)
         left = rows.idle & ~tightened & (after < -slack)
-        off = np.zeros(layout.rows)
-        off[rows.carrying] = left_over
-        left |= rows.carrying & ~layout.equality & (off < -tolerance)
-        unheld = rows.carrying & (off > tolerance)
-        unheld |= rows.carrying & layout.equality & (off < -tolerance)
+        left |= rows.carrying & (left_over < -tolerance)
+        unheld = rows.carrying & (left_over > tolerance)
         gone = reached | violated
         largest = float(np.max(after[gone], initial=0.0))
     found = [

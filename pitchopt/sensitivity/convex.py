@@ -37,6 +37,7 @@ __all__ = ["ConvexModel"]
 
 AT_BOUND = 1e-4
 STATIONARY = 1e-3
+SOLVER_ZERO = 1e-7
 
 
 class ConvexModel:
@@ -53,6 +54,8 @@ class ConvexModel:
     x_scale : mapping of variable to array_like, or None
         Sizes of variables.
     """
+
+    keeps_slopes = False
 
     def __init__(
         self,
@@ -73,7 +76,7 @@ class ConvexModel:
             for p in problem.parameters()
             if p is not parameter and not hasattr(p, "_callback") and p.sparse_idx is None
         ]
-        self.reference = np.array(parameter.value, dtype=np.float64)
+        self.reference = np.array(solid(parameter.value))
         self.sense = 1.0 if problem.objective.NAME == "minimize" else -1.0
         self.counts = Counts()
         self._scale = self._sizes(x_scale or {})
@@ -209,7 +212,14 @@ class ConvexModel:
                 leaf._value = value
 
     def _sizes(self, given: Mapping[Any, ArrayLike]) -> FloatArray:
-        scale = sizes(self._flat(self._optimum))
+        largest = max((float(np.max(np.abs(x), initial=0.0)) for x in self._optimum), default=0.0)
+        other = largest if largest > SOLVER_ZERO else 1.0
+        scale = self._flat(
+            [
+                sizes(x, 1e-5) if np.max(np.abs(x), initial=0.0) > SOLVER_ZERO else 0.0 * x + other
+                for x in self._optimum
+            ]
+        )
         known = {key if isinstance(key, int) else key.id: value for key, value in given.items()}
         if set(known) - {variable.id for variable in self._variables}:
             raise InputError("x_scale: expected keys that are variables of the problem")

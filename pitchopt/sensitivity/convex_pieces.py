@@ -128,8 +128,7 @@ def _elementwise(constraint: Any, name: str, kind: Any) -> Piece:
     place = _cones(rows, 3)
     powers = None
     if kind == "power":
-        alpha = np.broadcast_to(solid(constraint.alpha.value), constraint.args[0].shape)
-        flat = alpha.ravel(order="F")
+        flat = np.broadcast_to(solid(constraint.alpha.value).ravel(order="F"), (rows,))
         powers = np.column_stack([flat, 1.0 - flat])
     block = Block(
         name=name, kind=kind, rows=rows, width=3, shape=constraint.args[0].shape, powers=powers

@@ -81,7 +81,7 @@ def settled_derivative(
         once = 2.0 * c - b
         value = (4.0 * once - (2.0 * b - a)) / 3.0
         rounding = ROUNDING * largest / step
-        error = size(value - once) + rounding
+        error = float(size(value - once) + rounding)
         if best is None or error < best.error:
             best = Derivative(value, error, step)
         total = size(value)

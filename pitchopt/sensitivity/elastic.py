@@ -6,6 +6,7 @@ problem is feasible if that is zero, and the rows with slack left name what cann
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -47,7 +48,9 @@ def unmet_convex(problem: Any, pieces: Sequence[Piece], tolerance: float) -> Unm
     total = sum(cp.sum(s) / size for _, s, size in slacks)
     elastic = cp.Problem(cp.Minimize(total), relaxed)
     try:
-        elastic.solve(solver=cp.CLARABEL)
+        with warnings.catch_warnings():  # whether it is DPP, or accurate, matters to nobody here
+            warnings.simplefilter("ignore")
+            elastic.solve(solver=cp.CLARABEL)
     except cp.error.SolverError as error:
         raise ComputationError(f"feasibility at the new parameter: {error}") from error
     if elastic.status == cp.INFEASIBLE:

@@ -130,8 +130,8 @@ class Estimate:
         Of those differences: a length of dc, for cvxpy problems a fraction of it; None where exact.
     attained : float or None
         Change that is attained for sure, f(x* + dx, c_r + dc) - f*, if the predicted design
-        satisfies all constraints: the true change is at most (minimising) or at least
-        (maximising) that.
+        satisfies all constraints as well as x* does or within the threshold: the true change is
+        at most (minimising) or at least (maximising) that.
     row_first_order, row_high_order, row_multipliers : (M,) ndarray
         Contributions and multipliers of all rows.
     objective_first_order, objective_high_order : float

@@ -83,6 +83,8 @@ class Parts:
 class FunctionModel:
     """See `PostOptimum.from_functions` for the parameters."""
 
+    keeps_slopes = True
+
     def __init__(
         self,
         f: Function,
@@ -194,7 +196,7 @@ class FunctionModel:
             )
             self._slopes[key] = known
         _, unit = known
-        error = None if unit.error is None else unit.error * length
+        error = None if unit.error is None else float(unit.error * length)
         return Slope(unit.objective * length, unit.entries * length, error, unit.step)
 
     def unmet(self, c: NDArray[np.float64], tolerance: float) -> Unmet | None:
@@ -224,7 +226,8 @@ class FunctionModel:
             if not np.isfinite(value).all():
                 raise InputError(
                     f"dc: with {(c - self.reference).tolist()} {name} returned NaN or infinite "
-                    "values; expected a dc within the domain of the functions"
+                    f"values at {'x*' if x is self._x else 'an x near x*'}; expected a dc within "
+                    "the domain of the functions"
                 )
             found.append(value)
         if found[0].size != 1:
@@ -274,24 +277,22 @@ class FunctionModel:
 
     def _differences(self, c: NDArray[np.float64]) -> Gradients:
         n = self._x.size
+        start = self.values(c).vector
         both: list[FloatArray] = []
+        size = 1e-12 * np.abs(start) / X_STEP + 1e-300
         for step in (X_STEP, 0.5 * X_STEP):
             columns = []
             for i in range(n):
                 move = np.zeros(n)
                 move[i] = step * self._scale[i]
                 up, down = self.values(c, move), self.values(c, -move)
-                column = np.concatenate(
-                    [[up.objective - down.objective], up.entries - down.entries]
-                )
-                columns.append(column / (2.0 * move[i]))
+                columns.append((up.vector - down.vector) / (2.0 * move[i]))
+                size = np.maximum(size, np.abs(up.vector - start) / step)
             both.append(np.array(columns).T)
         coarse, fine = both
         value = (4.0 * fine - coarse) / 3.0
         off = np.linalg.norm((value - fine) * self._scale, axis=1)
-        size = np.linalg.norm(value * self._scale, axis=1)
-        floor = 1e-9 * float(np.max(size, initial=0.0)) + 1e-300
-        error = float(np.max(off / np.maximum(size, floor)))
+        error = float(np.max(off / size))
         if error > 0.1:
             raise ComputationError(
                 f"gradients in x: differences of two steps disagree by {100 * error:.0f} %; give "

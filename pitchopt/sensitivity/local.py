@@ -12,8 +12,8 @@ the feasible set, what a step of a tenth of D changes F by, ten times.  A row is
     inactive   otherwise.  Equalities always carry.
 
 The predicted step is the smallest, in variables over D, that keeps the carrying rows where they
-were: grad_x r_i . dx = -(r_i(x*, c_r + dc) - r_i(x*, c_r)); of a cone, the entries weighted with
-its multiplier stand for the row, the supporting plane.
+were: grad_x r_i . dx = -(r_i(x*, c_r + dc) - r_i(x*, c_r)); of a cone, what its multiplier holds
+(`pitchopt.sensitivity.faces`).
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from scipy import sparse
 from pitchopt.checks import FloatArray
 from pitchopt.errors import InputError
 from pitchopt.sensitivity.estimate import Thresholds
+from pitchopt.sensitivity.faces import held_sums
 from pitchopt.sensitivity.model import Gradients, Model, Values
 
 __all__ = ["Local", "Rows", "classify"]
@@ -85,7 +86,7 @@ class Local:
         self.rows = classify(model, values, length, self.size, thresholds)
         self.lagrangian = self._lagrangian(gradients)
         self.stationarity = float(np.linalg.norm(self.lagrangian)) / self.size
-        self._weights = self._carrying_weights()
+        self._held = held_sums(layout, model.multipliers, self.rows.carrying)
         self._factors: tuple[FloatArray, FloatArray, FloatArray] | None = None
 
     def _objective_size(self) -> float:
@@ -108,35 +109,30 @@ class Local:
         change = self._lagrangian(there) - self.lagrangian
         pieces = abs(self.gradients.entries).T @ np.abs(self._model.multipliers)
         noise = ROUNDING + max(there.error, self.gradients.error)
-        noise *= float(np.linalg.norm(np.abs(self.gradients.objective) + pieces))
+        terms = (np.abs(self.gradients.objective) + pieces) * self.scale
+        noise *= float(np.linalg.norm(terms))
         off = float(np.linalg.norm(change))
-        return 0.0 if off <= noise * float(np.max(self.scale, initial=0.0)) else off / self.size
-
-    def _carrying_weights(self) -> sparse.csr_array:
-        """Carrying rows as weighted sums of entries, (S, N)."""
-        layout, lam = self._model.layout, self._model.multipliers
-        rows = np.flatnonzero(self.rows.carrying)
-        place = np.full(layout.rows, -1)
-        place[rows] = np.arange(rows.size)
-        entries = np.flatnonzero(place[layout.row_of] >= 0)
-        owner = layout.row_of[entries]
-        number = layout.multiplier(lam)[owner]
-        conic = layout.conic[owner]
-        weight = np.where(conic, lam[entries] / np.where(conic, number, 1.0), 1.0)
-        return sparse.csr_array((weight, (place[owner], entries)), shape=(rows.size, layout.size))
+        return 0.0 if off <= noise else off / self.size
 
     def step(self, change: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Predicted dx (n,) for changes of the entries, and what it leaves of each row (S,).
+        """Predicted dx (n,) for changes of the entries, and what it leaves of each row (M,).
 
         What is left is the excess of the carrying rows after the step, over their length.
         """
-        length = self.rows.length[self.rows.carrying]
-        matrix = sparse.csr_array(sparse.diags_array(1.0 / length) @ (self._weights @ self.scaled))
-        wanted = -(self._weights @ change) / length
-        if wanted.size == 0:
-            return np.zeros(self.scale.size), np.zeros(0)
+        held = self._held
+        length = self.rows.length[held.owner]
+        if length.size == 0:
+            return np.zeros(self.scale.size), np.zeros(self.rows.length.size)
+        matrix = sparse.csr_array(sparse.diags_array(1.0 / length) @ (held.weights @ self.scaled))
+        wanted = -(held.weights @ change) / length
         u = self._smallest(matrix, wanted)
-        return self._model.tangent(u * self.scale), np.asarray(matrix @ u - wanted)
+        left_over = held.by_row(np.asarray(matrix @ u - wanted), self.rows.length.size)
+        return self._model.tangent(u * self.scale), left_over
+
+    @property
+    def determined(self) -> bool:
+        """Whether the held rows leave no freedom to the step; known once a step was asked for."""
+        return self._factors is not None and self._factors[1].size == self.scale.size
 
     def _smallest(self, matrix: sparse.csr_array, wanted: FloatArray) -> FloatArray:
         if matrix.shape[0] * matrix.shape[1] > DENSE:

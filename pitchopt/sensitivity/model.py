@@ -76,12 +76,12 @@ class Slope:
 
 @dataclass
 class Counts:
-    """Evaluations so far; a point that is asked for again costs nothing.
+    """Evaluations so far; of functions each point counts once, asked for again it costs nothing.
 
     Attributes
     ----------
     frozen : int
-        Of F and r with x* frozen: the distinct values of c.
+        Of F and r with x* frozen, at values of c.
     moved : int
         At other x: predicted steps and differences in x.
     gradients : int
@@ -94,13 +94,14 @@ class Counts:
 
 
 class Model(Protocol):
-    """A solved problem."""
+    """A solved problem; `keeps_slopes` if the slope of a shorter dc serves a longer one."""
 
     layout: Layout
     sense: float
     reference: NDArray[np.float64]
     multipliers: FloatArray
     counts: Counts
+    keeps_slopes: bool
 
     @property
     def scale(self) -> FloatArray | None:
@@ -151,12 +152,7 @@ def solid(value: object) -> FloatArray:
     return np.asarray(value, dtype=np.float64)
 
 
-def sizes(x: FloatArray) -> FloatArray:
-    """Typical sizes of variables: their own, or the largest's where they are zero.
-
-    Zero is what a solver leaves of it: 1e-5 of the largest, or 1e-7 if all are, whose size is 1.
-    """
-    largest = float(np.max(np.abs(x), initial=0.0))
-    if largest <= 1e-7:
-        return np.ones_like(x)
-    return np.where(np.abs(x) > 1e-5 * largest, np.abs(x), largest)
+def sizes(x: FloatArray, zero: float = 1e-12) -> FloatArray:
+    """Typical sizes of variables: their own, or the largest's where they are below `zero` of it."""
+    largest = float(np.max(np.abs(x), initial=0.0)) or 1.0
+    return np.where(np.abs(x) > zero * largest, np.abs(x), largest)

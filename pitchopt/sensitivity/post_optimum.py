@@ -204,7 +204,8 @@ class PostOptimum:
             Of the constraints; cvxpy's own labels or texts otherwise.
         x_scale : mapping of variable to array_like, optional
             Sizes of variables; otherwise the absolute values at the optimum, and where these are
-            zero that of the largest.
+            below 1e-5 of the largest entry of the same variable, as a solver leaves zeros, its
+            size; of a variable below 1e-7 that of the largest of all.
         thresholds : Thresholds, optional
 
         Raises
@@ -237,8 +238,8 @@ class PostOptimum:
     ) -> tuple[Estimate, ...]:
         """An estimate for each dc; derivatives are taken where dc is smallest."""
         changes = [self._change(dc) for dc in dcs]
-        for i in np.argsort([np.linalg.norm(dc) for dc in changes], kind="stable"):
-            if changes[i].any():
+        if self._model.keeps_slopes:
+            for i in np.argsort([np.linalg.norm(dc) for dc in changes], kind="stable"):
                 self._model.slope(changes[i])
         return tuple(self.estimate(dc, check_feasible=check_feasible) for dc in changes)
 
@@ -335,22 +336,25 @@ class PostOptimum:
             "predicted_step": step,
         }
 
+    def _exceeds(self, values: Values) -> bool:
+        """Whether a row is above its limit, and more so than at x* and c_r."""
+        excess = self._model.layout.excess(values.entries) / self._rows.length
+        allowed = np.maximum(-self._rows.distance, 0.0) + self._thresholds.feasible
+        return bool((excess > allowed).any())
+
     def _attained(self, c: NDArray[np.float64], step: FloatArray) -> float | None:
         try:
             moved = self._model.values(c, step)
         except InputError:  # the predicted design is outside the domain of the functions
             return None
-        excess = self._model.layout.excess(moved.entries) / self._rows.length
-        if np.max(excess, initial=0.0) > self._thresholds.feasible:
+        if self._exceeds(moved):
             return None
-        return self._model.sense * (moved.objective - self._start.objective)
+        return float(self._model.sense * (moved.objective - self._start.objective))
 
     def _feasible(self, c: NDArray[np.float64], there: Values) -> None:
-        tolerance = self._thresholds.feasible
-        excess = self._model.layout.excess(there.entries) / self._rows.length
-        if np.max(excess, initial=0.0) <= tolerance:
+        if not self._exceeds(there):
             return
-        unmet = self._model.unmet(c, tolerance)
+        unmet = self._model.unmet(c, self._thresholds.feasible)
         if unmet is not None and unmet.names:
             note = f" {unmet.note}" if unmet.note else ""
             raise InputError(

@@ -26,6 +26,8 @@ SAME = 1e-9
 class TableModel:
     """See `PostOptimum.from_table` for the parameters."""
 
+    keeps_slopes = False
+
     def __init__(
         self,
         dcs: ArrayLike,

@@ -52,6 +52,12 @@ WRITES = {
     "24_grid_comparison": ["24_comparison.png"],
     "25_sequence": ["25_checks.png", "25_lowest_pitch.png"],
     "26_dask_cluster": ["26_evaluations.csv", "26_study.sqlite"],
+    "27_sensitivity_quadratic": [
+        "27_c2_linearity.png",
+        "27_c2_with_one_half.png",
+        "27_c4_coupling.png",
+        "27_c5_active_set.png",
+    ],
 }
 NEEDS = {"26_dask_cluster": "distributed"}
 

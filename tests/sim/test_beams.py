@@ -79,3 +79,16 @@ def test_coupled_bending_follows_the_principal_axes() -> None:
 def test_bad_stations() -> None:
     with pytest.raises(InputError, match="ascending stations from 0"):
         Beam(np.array([1.0, 2.0, 3.0]), np.ones(3), np.broadcast_to(np.eye(2), (3, 2, 2)))
+
+
+def test_short_elements_do_not_spoil_the_modes() -> None:
+    """A uniform cantilever with elements a two-thousandth of its length, as at a tower's welds."""
+    length, mass, stiffness = 100.0, 5000.0, 5e11
+    joints = np.arange(1, 20) * 5.0
+    station = np.sort(np.concatenate([[0.0, length], joints - 0.025, joints + 0.025]))
+    ones = np.ones(station.size)
+    beam = Beam(station, mass * ones, stiffness * ones[:, None, None] * np.eye(2))
+    modes, _ = beam.modes(beam.assemble(beam.mass, 0), beam.assemble(beam.stiffness, 2), 4)
+    for k, root in ((0, 1.8751040687), (2, 4.6940911330)):
+        exact = (root / length) ** 2 * np.sqrt(stiffness / mass)
+        assert modes[k : k + 2] == pytest.approx(np.full(2, exact), rel=2e-5)

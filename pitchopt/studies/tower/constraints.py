@@ -17,17 +17,28 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pitchopt.checks import FloatArray
-from pitchopt.studies.tower.design import TowerDesign, station_joints
+from pitchopt.errors import InputError
+from pitchopt.studies.tower.design import Joints, TowerDesign, station_joints
 from pitchopt.studies.tower.fatigue_loads import FatigueLoads
 from pitchopt.studies.tower.frequencies import Frequencies, natural_frequencies
 from pitchopt.studies.tower.limits import TowerLimits
 
-__all__ = ["Rows", "TowerConstraints", "constraint_rows", "tower_constraints"]
+__all__ = [
+    "Rows",
+    "TowerConstraints",
+    "constraint_rows",
+    "fatigue_curvature",
+    "geometry_rows",
+    "tower_constraints",
+]
+
+_STEP = 0.01  # of a logarithm, for second derivatives of damage
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -100,6 +111,11 @@ class Rows:
         g and dg/dc [-].
     group, place : int array (R,)
         Field of `TowerConstraints` and place in it.
+    implied : bool array (R,)
+        Whether other rows imply this one, which then has no multiplier of its own: limits at an
+        element's upper end, as towers do not widen upwards.
+    sizes : tuple of int
+        Of the groups.
     """
 
     log: FloatArray
@@ -108,11 +124,12 @@ class Rows:
     rate: FloatArray
     group: NDArray[np.intp]
     place: NDArray[np.intp]
+    implied: NDArray[np.bool_]
     sizes: tuple[int, ...]
 
-    def name(self, row: int) -> str:
-        """Group of a row."""
-        return _GROUPS[self.group[row]]
+    def of(self, name: str) -> NDArray[np.intp]:
+        """Rows of a group."""
+        return np.flatnonzero(self.group == _GROUPS.index(name))
 
     def gather(self, numbers: FloatArray, *, add: bool) -> TowerConstraints:
         """Rows' numbers by group: their sum, or the largest."""
@@ -128,10 +145,17 @@ class Rows:
 class _Builder:
     """Collects rows."""
 
-    def __init__(self, elements: int, sizes: dict[str, int]) -> None:
+    def __init__(self, elements: int, stations: int, limits: TowerLimits) -> None:
         self.elements = elements
-        self.sizes = tuple(sizes[name] for name in _GROUPS)
-        self.parts: list[tuple[FloatArray, ...]] = []
+        sizes = {
+            "fatigue": stations,
+            "frequency": 0 if limits.frequency_margin is None else 2,
+            "largest_diameter": elements + 1,
+            "top_diameter": 1,
+            "wall_step": elements - 1,
+        }
+        self.sizes = tuple(sizes.get(name, elements) for name in _GROUPS)
+        self.parts: list[tuple[NDArray[Any], ...]] = []
 
     def add(
         self,
@@ -145,6 +169,7 @@ class _Builder:
         upper: bool = True,
         value: FloatArray | None = None,
         rate: FloatArray | None = None,
+        implied: NDArray[np.bool_] | None = None,
     ) -> None:
         """Rows of a group: c, and its slopes as (column, slope) or as a matrix."""
         if jacobian is None:
@@ -157,11 +182,17 @@ class _Builder:
             value = np.expm1(log) if upper else -np.expm1(-log)
             rate = np.exp(log) if upper else np.exp(-log)
         group = np.full(log.size, _GROUPS.index(name))
-        self.parts.append((log, jacobian, value, rate, group, place))
+        if implied is None:
+            implied = np.zeros(log.size, dtype=np.bool_)
+        self.parts.append((log, jacobian, value, rate, group, place, implied))
 
     def rows(self) -> Rows:
-        columns = (np.concatenate(column) for column in zip(*self.parts, strict=True))
-        return Rows(*columns, sizes=self.sizes)  # type: ignore[arg-type]
+        names = ("log", "jacobian", "value", "rate", "group", "place", "implied")
+        columns: dict[str, Any] = {
+            name: np.concatenate(column)
+            for name, column in zip(names, zip(*self.parts, strict=True), strict=True)
+        }
+        return Rows(**columns, sizes=self.sizes)
 
 
 def constraint_rows(
@@ -171,15 +202,7 @@ def constraint_rows(
     frequencies: Frequencies | None = None,
 ) -> Rows:
     """All constraints of a design with slopes; frequencies are computed where not given."""
-    count = design.elements
-    sizes = {
-        "fatigue": loads.stations,
-        "frequency": 0 if limits.frequency_margin is None else 2,
-        "largest_diameter": count + 1,
-        "top_diameter": 1,
-        "wall_step": count - 1,
-    }
-    build = _Builder(count, {name: sizes.get(name, count) for name in _GROUPS})
+    build = _Builder(design.elements, loads.stations, limits)
     _fatigue(build, design, loads, limits)
     least = limits.least_frequency(design.reference)
     if least is not None:
@@ -196,9 +219,18 @@ def constraint_rows(
     return build.rows()
 
 
+def geometry_rows(design: TowerDesign, limits: TowerLimits) -> Rows:
+    """Constraints that know neither loads nor frequencies."""
+    build = _Builder(design.elements, 0, limits)
+    _geometry(build, design, limits)
+    return build.rows()
+
+
 def _fatigue(
     build: _Builder, design: TowerDesign, loads: FatigueLoads, limits: TowerLimits
 ) -> None:
+    if loads.stations < 2:
+        raise InputError(f"loads: got {loads.stations} station, expected at least base and top")
     joints = station_joints(loads.stations, design.elements)
     middle, wall = design.joint_sections(joints)
     damage = loads.damage(joints, middle, wall)
@@ -217,6 +249,53 @@ def _fatigue(
     )
 
 
+def fatigue_curvature(
+    design: TowerDesign, loads: FatigueLoads, multipliers: FloatArray
+) -> FloatArray:
+    """Second derivatives of the fatigue rows times their multipliers, by (ln d, ln t).
+
+    Differences over 1 % of the damage's slopes, which is the width of the loads' bins, and the
+    exact second derivative of a diameter between two nodes.
+
+    Parameters
+    ----------
+    design : TowerDesign
+    loads : FatigueLoads
+    multipliers : ndarray (P,)
+        Of the rows of fatigue in their order.
+
+    Returns
+    -------
+    ndarray (2 E + 1, 2 E + 1)
+    """
+    size, count = 2 * design.elements + 1, design.elements
+    every = station_joints(loads.stations, count)
+    some = np.flatnonzero(multipliers)
+    joints = Joints(every.station[some], every.element[some], every.share[some])
+    z = multipliers[some]
+    middle, wall = design.joint_sections(joints)
+    second = np.empty((some.size, 2, 2))
+    for k in range(2):
+        low, high = (
+            loads.damage(
+                joints, middle * (factor if k == 0 else 1.0), wall * (factor if k else 1.0)
+            )
+            for factor in (1.0 - 0.5 * _STEP, 1.0 + 0.5 * _STEP)
+        )
+        second[:, 0, k] = (high.by_diameter - low.by_diameter) / _STEP
+        second[:, 1, k] = (high.by_thickness - low.by_thickness) / _STEP
+    second = 0.5 * (second + np.swapaxes(second, 1, 2)) * z[:, None, None]
+    slope = z * loads.damage(joints, middle, wall).by_diameter
+    by = np.zeros((2, some.size, size))
+    rows = np.arange(some.size)
+    below = (1.0 - joints.share) * design.diameter[joints.element] / middle
+    by[0, rows, joints.element] = below
+    by[0, rows, joints.element + 1] = 1.0 - below
+    by[1, rows, count + 1 + joints.element] = 1.0
+    out = np.einsum("jkl,kja,ljb->ab", second, by, by)
+    return np.asarray(out + np.diag(slope @ by[0]) - (by[0] * slope[:, None]).T @ by[0])
+
+
 def _geometry(build: _Builder, design: TowerDesign, limits: TowerLimits) -> None:
     d, t = design.diameter, design.thickness
     count = design.elements
@@ -224,6 +303,7 @@ def _geometry(build: _Builder, design: TowerDesign, limits: TowerLimits) -> None
     one = np.ones(count)
     ends = np.concatenate([e, e + 1])  # nodes at the elements' lower and upper ends
     own = np.concatenate([e, e])
+    upper_end = np.repeat([False, True], count)
     outer = d[ends] + t[own]
     part = d[ends] / outer
     build.add(
@@ -232,6 +312,7 @@ def _geometry(build: _Builder, design: TowerDesign, limits: TowerLimits) -> None
         np.log(outer / limits.largest_diameter),
         diameter=[(ends, part)],
         thickness=[(own, 1.0 - part)],
+        implied=upper_end,
     )
     build.add(
         "top_diameter",
@@ -264,6 +345,7 @@ def _geometry(build: _Builder, design: TowerDesign, limits: TowerLimits) -> None
         thickness=[(own, -np.ones(2 * count))],
         value=(slender + 1.0) / limits.slenderness - 1.0,
         rate=slender / limits.slenderness,
+        implied=upper_end,
     )
     build.add("least_wall", e, np.log(limits.least_wall / t), thickness=[(e, -one)], upper=False)
     build.add("largest_wall", e, np.log(t / limits.largest_wall), thickness=[(e, one)])

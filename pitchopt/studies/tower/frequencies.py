@@ -21,7 +21,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-
 from numpy.typing import NDArray
 
 from pitchopt.checks import FloatArray
@@ -176,7 +175,7 @@ def frequency_curvature(
     bend = s_mu + s_ei * power[:, 0]  # of ln d, linear in d, by the logarithms at the nodes
     second += np.diag(bend @ by_d) - (by_d * bend[:, None]).T @ by_d
     second = 0.5 * (second + second.T)
-    return 0.5 * (second / eigenvalue - np.outer(slope, slope) / eigenvalue**2)
+    return np.asarray(0.5 * (second / eigenvalue - np.outer(slope, slope) / eigenvalue**2))
 
 
 def _columns(bands: FloatArray, vector: FloatArray) -> FloatArray:

@@ -32,14 +32,12 @@ class TowerLimits:
     Parameters
     ----------
     frequency_margin : float or None
-        delta: natural frequencies lie above 1P / (1 - delta) [-].  0.1 is the distance that
-        GL's and DNV's guidelines ask for without a resonance study.  None for a soft-soft tower,
-        whose controller keeps the rotor out of resonance.
+        delta: natural frequencies lie above 1P / (1 - delta) [-]; 0.1 keeps a ninth of 1P
+        between.  None for a soft-soft tower, whose controller keeps the rotor out of resonance.
     largest_damage : float
         Of the lifetime [-].
     largest_diameter : float
-        D_max, outer [m].  6.0 is that of the tower of the IEA 3.4 MW turbine, to a centimetre;
-        roads allow 4.3 m or so, larger rings are built in halves.
+        D_max, outer [m].  6.0 is that of the tower of the IEA 3.4 MW turbine, to a centimetre.
     top_diameter : float
         D_bearing, least outer diameter at the top [m].  3.0 is that of the same tower: the yaw
         bearing stays.
@@ -47,12 +45,12 @@ class TowerLimits:
         c_d, least ratio of the diameters at an element's upper and lower end [-].  0.8 over
         10.8 m and from 6 m is a half-angle of 3.2 degrees; the tower named has 0.83.
     wall_step : float
-        c_t, largest ratio of the walls of neighbours [-], either way.  1.25 keeps the stress
-        that the eccentricity at the weld adds within what the weld's class covers.
+        c_t, largest ratio of the walls of neighbours [-], either way; the tower named has 1.20.
     slenderness : float
         r, largest outer diameter over wall [-].  With 200, E / f_y = 210 / 0.355 and fabrication
         class B, a medium-long cylinder in meridional compression keeps a characteristic
-        buckling stress of 0.76 f_y by EN 1993-1-6, annex D.1.2.
+        buckling stress of 0.76 f_y by EN 1993-1-6, annex D.1.2.  The tower named goes to 242
+        half-way up.
     least_wall, largest_wall : float
         t_min and t_max [m]: what is handled and welded.
 
@@ -62,7 +60,7 @@ class TowerLimits:
         If a number is out of range or two contradict each other.
     """
 
-    frequency_margin: float | None = 0.1
+    frequency_margin: float | None = 0.15
     largest_damage: float = 1.0
     largest_diameter: float = 6.0
     top_diameter: float = 3.0
@@ -106,19 +104,8 @@ class TowerLimits:
         return "soft-soft" if self.frequency_margin is None else "standard"
 
     def least_frequency(self, turbine: Turbine) -> float | None:
-        """f_1P / (1 - delta) [Hz] at the turbine's largest rotor speed; None for soft-soft.
-
-        Raises
-        ------
-        InputError
-            If the turbine's largest rotor speed is not known and needed.
-        """
+        """f_1P / (1 - delta) [Hz] at the turbine's rated rotor speed; None for soft-soft."""
         if self.frequency_margin is None:
             return None
-        speed = turbine.max_rotor_speed
-        if speed is None:
-            raise InputError(
-                f"turbine {turbine.name!r}: max_rotor_speed is not known, which the frequency "
-                "limit needs; give it, or set frequency_margin to None"
-            )
+        speed = turbine.rated_rotor_speed
         return speed / (2.0 * np.pi) / (1.0 - self.frequency_margin)

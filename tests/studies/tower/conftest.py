@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -9,12 +11,12 @@ from pitchopt.studies.tower.fatigue_loads import MOMENT_BINS, FatigueLoads, Weld
 from pitchopt.turbines import Turbine, load_turbine
 
 
-def weibull_loads(
+def _weibull_loads(
     base: float = 6.4e6, top: float = 1.2e6, *, stations: int = 19, weld: Weld | None = None
 ) -> FatigueLoads:
-    """Weibull-distributed moment ranges whose scale [N m] falls linearly from base to top.
+    """Moment ranges with an exponential distribution (Weibull's, exponent 1).
 
-    1e8 cycles in twenty years or so, exponent 1; four axes of which one has the largest moment.
+    Its scale [N m] falls linearly from base to top; 1e8 cycles; four axes, one with the most.
     """
     scale = np.linspace(base, top, stations)[:, None] * np.array([1.0, 0.8, 0.6, 0.8])
     edges = np.append(MOMENT_BINS * np.exp(-0.005), MOMENT_BINS[-1] * np.exp(0.005))
@@ -31,4 +33,10 @@ def turbine() -> Turbine:
 @pytest.fixture(scope="session")
 def loads() -> FatigueLoads:
     """Loads at 19 stations."""
-    return weibull_loads()
+    return _weibull_loads()
+
+
+@pytest.fixture(scope="session")
+def weibull_loads() -> Callable[..., FatigueLoads]:
+    """Makes loads: moments at base and top [N m], `stations`, `weld`."""
+    return _weibull_loads

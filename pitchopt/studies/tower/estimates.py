@@ -1,0 +1,239 @@
+"""What another controller would save on a tower, estimated from one solved tower.
+
+With the design x* of weight c = 0 and its multipliers lambda frozen, only the damage answers to the
+controller,
+
+    dm(c) = sum_j lambda_j (D_j(x*, c) - D_j(x*, 0))          high-order,
+    dm(c) = c sum_j lambda_j (D_j(x*, c_1) - D_j(x*, 0)) / c_1    first-order, forward step c_1,
+
+(`pitchopt.sensitivity`; equation (15) of the paper).  Each weight takes one set of simulations on
+the frozen design.  The estimates know neither that a lighter tower meets other loads nor that the
+damage is far from linear in the walls.
+
+For other heights the damage of the reference height is kept and the multipliers are those of the
+height, equation (16),
+
+    CoE(h, c) = FCR ICC(m*(h, 0) + dm_h(c)) / E(h) + AOE.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pitchopt.checks import FloatArray, finite_array
+from pitchopt.errors import InputError
+from pitchopt.sensitivity import Estimate, PostOptimum
+from pitchopt.studies.tower.constraints import tower_constraints
+from pitchopt.studies.tower.design import TowerDesign, station_joints
+from pitchopt.studies.tower.economics import Economics
+from pitchopt.studies.tower.frozen_loads import OptimalTower
+from pitchopt.studies.tower.load_sets import LoadSet
+from pitchopt.studies.tower.towers import Towers
+
+__all__ = ["CostMap", "MassEstimates", "cost_estimates", "mass_estimates", "station_damage"]
+
+
+def station_damage(design: TowerDesign, found: LoadSet) -> FloatArray:
+    """Lifetime damage (S,) of a design under the loads of a set; the worse of a node's two."""
+    joints = station_joints(found.loads.stations, design.elements)
+    values = found.loads.damage(joints, *design.joint_sections(joints)).value
+    worst = np.zeros(found.loads.stations)
+    np.maximum.at(worst, joints.station, values)
+    return worst
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MassEstimates:
+    """Estimated changes of the optimal mass over the controller's weight.
+
+    Attributes
+    ----------
+    weights : ndarray (K,)
+        c, 0 first [s^2/m^2].
+    damage : ndarray (K, S)
+        Of the frozen design [-].
+    first_order, high_order : ndarray (K,)
+        Changes of the mass [kg].
+    estimates : tuple of Estimate
+        For the weights but the first: contributions, assumptions.
+    """
+
+    weights: FloatArray
+    damage: FloatArray
+    first_order: FloatArray
+    high_order: FloatArray
+    estimates: tuple[Estimate, ...]
+
+    @property
+    def damage_change(self) -> FloatArray:
+        """Of the frozen design, over that at c = 0, less one (K, S) [-]."""
+        return np.asarray(self.damage / self.damage[0] - 1.0)
+
+
+def mass_estimates(
+    towers: Towers, reference: OptimalTower, weights: ArrayLike, *, step: float
+) -> MassEstimates:
+    """Estimates for weights (K,), 0 and the step among them.
+
+    Parameters
+    ----------
+    towers : Towers
+        That run and count the sets.
+    reference : OptimalTower
+        Solved at c = 0.
+    weights : array_like (K,)
+        Ascending from 0 [s^2/m^2].
+    step : float
+        Forward step of the first-order estimate [s^2/m^2].
+
+    Raises
+    ------
+    InputError
+        If the weights do not begin with 0, do not ascend or lack the step, or the reference is
+        that of another weight.
+    """
+    values = finite_array("weights", weights)
+    if values[0] != 0.0 or np.any(np.diff(values) <= 0.0) or step not in values:
+        raise InputError(
+            f"weights: got {values.tolist()}, expected ascending ones with 0 first and the step "
+            f"{step:g} among them"
+        )
+    if reference.tower_velocity != 0.0:
+        raise InputError(f"reference: got one with c = {reference.tower_velocity:g}, expected 0")
+    sets = {0.0: reference.load_set}
+    for weight in values[1:].tolist():
+        sets[weight] = towers.loads_on(reference.simulated, weight)
+    optimum = _post_optimum(reference, sets, step)
+    found = tuple(optimum.estimate(weight) for weight in values[1:])
+    return MassEstimates(
+        weights=values,
+        damage=np.stack([station_damage(reference.design, sets[c]) for c in values.tolist()]),
+        first_order=np.array([0.0, *(e.first_order for e in found)]),
+        high_order=np.array([0.0, *(e.high_order for e in found)]),
+        estimates=found,
+    )
+
+
+def _post_optimum(
+    reference: OptimalTower, sets: Mapping[float, LoadSet], step: float
+) -> PostOptimum:
+    """The sized tower over (diameters, walls) and c, for weights that were simulated."""
+    design, limits = reference.design, reference.sizing.limits
+    nodes = design.elements + 1
+
+    def at(x: FloatArray) -> TowerDesign:
+        return TowerDesign(
+            hub_height=design.hub_height,
+            diameter=x[:nodes],
+            thickness=x[nodes:],
+            reference=design.reference,
+        )
+
+    def mass(x: FloatArray, c: float) -> float:  # noqa: ARG001  the mass does not depend on c
+        return at(x).mass
+
+    def limited(x: FloatArray, c: float) -> FloatArray:
+        groups = tower_constraints(at(x), sets[float(c)].loads, limits)
+        return np.concatenate([values for _, values in groups.items()])
+
+    parts = list(reference.sizing.multipliers.items())
+    return PostOptimum.from_functions(
+        mass,
+        limited,
+        x=np.concatenate([design.diameter, design.thickness]),
+        c=0.0,
+        multipliers=np.concatenate([values for _, values in parts]),
+        names=[f"{name}[{k}]" for name, values in parts for k in range(values.size)],
+        step=step,
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CostMap:
+    """Cost of energy over hub height and controller weight.
+
+    Attributes
+    ----------
+    heights : ndarray (H,)
+        [m].
+    weights : ndarray (K,)
+        [s^2/m^2].
+    mass : ndarray (H, K)
+        [kg].
+    energy : ndarray (H, K)
+        Yearly [J].
+    cost : ndarray (H, K)
+        [$/MWh].
+    """
+
+    heights: FloatArray
+    weights: FloatArray
+    mass: FloatArray
+    energy: FloatArray
+    cost: FloatArray
+
+    def fine(self, count: int = 241) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Heights (n,), weights (n,) and cost (n, n) between them.
+
+        Over the heights by the polynomial through all of them, over the weights monotone (PCHIP),
+        so that costs that fall with diminishing returns do so in between.
+        """
+        from scipy.interpolate import BarycentricInterpolator, PchipInterpolator
+
+        h = np.linspace(self.heights[0], self.heights[-1], count)
+        c = np.linspace(self.weights[0], self.weights[-1], count)
+        across = PchipInterpolator(self.weights, self.cost, axis=1)(c)
+        return h, c, np.asarray(BarycentricInterpolator(self.heights, across, axis=0)(h))
+
+    def lowest(self, weight: float | None = None) -> tuple[float, float, float]:
+        """Height, weight and cost of the lowest cost, at a weight or over all."""
+        h, c, cost = self.fine()
+        if weight is not None:
+            column = int(np.argmin(np.abs(c - weight)))
+            cost = np.where(np.arange(c.size) == column, cost, np.inf)
+        i, j = np.unravel_index(int(np.argmin(cost)), cost.shape)
+        return float(h[i]), float(c[j]), float(cost[i, j])
+
+
+def cost_estimates(
+    solved: Mapping[float, OptimalTower], changes: MassEstimates, economics: Economics
+) -> tuple[CostMap, CostMap]:
+    """First-order and high-order cost maps from towers solved at c = 0.
+
+    Parameters
+    ----------
+    solved : mapping of float to OptimalTower
+        By hub height, ascending [m].
+    changes : MassEstimates
+        Of the reference height, whose damage is kept for the others.
+    economics : Economics
+    """
+    heights = np.array(list(solved))
+    slope = changes.weights[1:, None]
+    change = changes.damage - changes.damage[0]
+    steps = [e.step for e in changes.estimates]
+    first = int(np.flatnonzero(changes.weights == steps[0])[0])
+    linear = np.concatenate(
+        [np.zeros((1, change.shape[1])), slope * change[first] / changes.weights[first]]
+    )
+    maps = []
+    base = np.array([tower.mass for tower in solved.values()])
+    energy = np.array([economics.energy(h, tower.load_set) for h, tower in solved.items()])
+    prices = np.stack([tower.sizing.multipliers.fatigue for tower in solved.values()])
+    for damage in (linear, change):
+        mass = base[:, None] + prices @ damage.T
+        constant = np.broadcast_to(energy[:, None], mass.shape)
+        maps.append(
+            CostMap(
+                heights=heights,
+                weights=changes.weights,
+                mass=mass,
+                energy=constant.copy(),
+                cost=economics.cost(heights[:, None], mass, constant),
+            )
+        )
+    return maps[0], maps[1]

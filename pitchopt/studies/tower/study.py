@@ -1,0 +1,415 @@
+"""The tower study: is it worth designing tower and controller together?
+
+For a standard tower, kept clear of 1P, and for a soft-soft one:
+
+    1. the tower at the reference height for c = 0, its multipliers,
+    2. damage of this tower over c, and estimates of the optimal mass over c from it,
+    3. towers sized anew for each c: the truth,
+    4. towers at other heights for c = 0, and maps of the estimated cost of energy over (h, c),
+    5. the lowest cost over h at c = 0, and over (h, c): the co-design optimum,
+    6. the map of the true cost over (h, c).
+
+Source: J. Iori, C. Bottasso, M. McWilliam, "A sensitivity-based estimation method for
+investigating control co-design relevance", 2024, sections 3 to 5.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time as clock
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pitchopt.checks import FloatArray, finite_array, finite_number
+from pitchopt.errors import InputError
+from pitchopt.studies.tower.economics import Economics
+from pitchopt.studies.tower.estimates import (
+    CostMap,
+    MassEstimates,
+    cost_estimates,
+    mass_estimates,
+)
+from pitchopt.studies.tower.frozen_loads import OptimalTower, Round
+from pitchopt.studies.tower.limits import TowerLimits
+from pitchopt.studies.tower.load_sets import LoadSets, LoadSettings
+from pitchopt.studies.tower.outer import OuterMinimum, minimise_in_box
+from pitchopt.studies.tower.towers import Towers
+
+__all__ = [
+    "CONFIGURATIONS",
+    "CoDesign",
+    "ConfigurationResult",
+    "Effort",
+    "TowerStudy",
+    "TowerStudySettings",
+    "run_tower_study",
+]
+
+CONFIGURATIONS = ("standard", "soft-soft")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TowerStudySettings:
+    """What is studied.
+
+    Parameters
+    ----------
+    loads : LoadSettings
+    limits : TowerLimits
+        Of the standard tower; the soft-soft one has no frequency margin.
+    configurations : tuple of str
+        Of ``standard`` and ``soft-soft``.
+    weights : tuple of float
+        c, ascending from 0 [s^2/m^2].
+    height_factors : tuple of float
+        Hub heights over the reference's, ascending, 1 among them.
+    step : float
+        Forward step of the first-order estimate, one of the weights [s^2/m^2].
+    threshold : float
+        Largest change of a diameter or wall that leaves the loads frozen [-].
+    true_map : bool
+        Size a tower at every point of the map.
+    follow_height : bool
+        Let foundation and installation cost follow the hub height.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+
+    loads: LoadSettings = field(default_factory=LoadSettings)
+    limits: TowerLimits = field(default_factory=TowerLimits)
+    configurations: tuple[str, ...] = CONFIGURATIONS
+    weights: tuple[float, ...] = (0.0, 0.03, 0.1, 0.2, 0.3)
+    height_factors: tuple[float, ...] = (0.9, 1.0, 1.1, 1.2)
+    step: float = 0.03
+    threshold: float = 0.002
+    true_map: bool = True
+    follow_height: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.configurations or not set(self.configurations) <= set(CONFIGURATIONS):
+            raise InputError(
+                f"configurations: got {self.configurations}, expected some of "
+                f"{', '.join(CONFIGURATIONS)}"
+            )
+        if "standard" in self.configurations and self.limits.frequency_margin is None:
+            raise InputError("limits: got no frequency margin, which the standard tower needs")
+        weights = finite_array("weights", self.weights)
+        if weights.size < 3 or weights[0] != 0.0 or np.any(np.diff(weights) <= 0.0):
+            raise InputError(
+                f"weights: got {self.weights}, expected three or more, ascending from 0"
+            )
+        if self.step not in self.weights[1:]:
+            raise InputError(f"step: got {self.step:g}, expected one of the weights above 0")
+        factors = finite_array("height_factors", self.height_factors)
+        if 1.0 not in self.height_factors or np.any(np.diff(factors) <= 0.0) or factors.size < 3:
+            raise InputError(
+                f"height_factors: got {self.height_factors}, expected three or more, ascending, 1 "
+                "among them"
+            )
+        finite_number("threshold", self.threshold, above=0.0, at_most=0.01)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effort:
+    """What a phase took.
+
+    Attributes
+    ----------
+    sets : int
+        Sets of simulations.
+    seconds : float
+        Wall time, that of sets which had been kept included [s].
+    iterations : int
+        Of an outer search; 0 for none.
+    """
+
+    sets: int
+    seconds: float
+    iterations: int = 0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CoDesign:
+    """Lowest cost found by an outer search.
+
+    Attributes
+    ----------
+    tower : OptimalTower
+    energy : float
+        Yearly [J].
+    cost : float
+        [$/MWh].
+    search : OuterMinimum
+        Over hub height, or over hub height and weight.
+    """
+
+    tower: OptimalTower
+    energy: float
+    cost: float
+    search: OuterMinimum
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ConfigurationResult:
+    """All of one configuration.
+
+    Attributes
+    ----------
+    configuration : str
+    reference : OptimalTower
+        At the reference height, c = 0.
+    estimates : MassEstimates
+    truth : tuple of OptimalTower
+        Sized anew at the reference height for the weights of the estimates, the reference first.
+    first_order_map, high_order_map : CostMap
+        Estimated.
+    true_map : CostMap or None
+    reference_cost, reference_energy : float
+        Of the reference tower [$/MWh, J].
+    without, with_codesign : CoDesign
+        Lowest cost over the height at c = 0, and over height and c.
+    estimate_effort, without_effort, codesign_effort : Effort
+    """
+
+    configuration: str
+    reference: OptimalTower
+    estimates: MassEstimates
+    truth: tuple[OptimalTower, ...]
+    first_order_map: CostMap
+    high_order_map: CostMap
+    true_map: CostMap | None
+    reference_cost: float
+    reference_energy: float
+    without: CoDesign
+    with_codesign: CoDesign
+    estimate_effort: Effort
+    without_effort: Effort
+    codesign_effort: Effort
+
+    @property
+    def true_change(self) -> FloatArray:
+        """Change of the optimal mass over the weights (K,) [kg]."""
+        return np.array([t.mass for t in self.truth]) - self.truth[0].mass
+
+    @property
+    def cost_change(self) -> dict[str, float]:
+        """Change of the lowest cost by co-design, over that without [-].
+
+        ``co-design`` from the two searches, ``first-order`` and ``high-order`` from the estimated
+        maps: their lowest against their lowest at c = 0.
+        """
+        found = {"co-design": self.with_codesign.cost / self.without.cost - 1.0}
+        for name, part in (
+            ("first-order", self.first_order_map),
+            ("high-order", self.high_order_map),
+        ):
+            found[name] = part.lowest()[2] / part.lowest(0.0)[2] - 1.0
+        return found
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TowerStudy:
+    """Result of the study.
+
+    Attributes
+    ----------
+    settings : TowerStudySettings
+    turbine : str
+    reference_height : float
+        [m].
+    results : mapping of str to ConfigurationResult
+    economics : Economics
+    sets_simulated : int
+        In this run; others had been kept.
+    seconds : float
+    """
+
+    settings: TowerStudySettings
+    turbine: str
+    reference_height: float
+    results: Mapping[str, ConfigurationResult]
+    economics: Economics
+    sets_simulated: int
+    seconds: float
+
+
+def run_tower_study(
+    sets: LoadSets,
+    settings: TowerStudySettings | None = None,
+    *,
+    on_phase: Callable[[str, str], None] | None = None,
+    on_round: Callable[[float, float, Round], None] | None = None,
+) -> TowerStudy:
+    """Run the study; sets that are kept in the folder of `sets` are not simulated again.
+
+    Parameters
+    ----------
+    sets : LoadSets
+        With the settings' own `LoadSettings`.
+    settings : TowerStudySettings, optional
+    on_phase : callable, optional
+        Called with configuration and what begins, for progress.
+    on_round : callable, optional
+        Called after each sizing with hub height, weight and round.
+
+    Raises
+    ------
+    InputError
+        If the sets have other settings.
+    ComputationError
+        If a run diverges or a tower cannot be sized.
+    """
+    settings = TowerStudySettings() if settings is None else settings
+    if sets.settings != settings.loads:
+        raise InputError("sets: got load settings other than those of the study")
+    began, simulated = clock.perf_counter(), sets.simulated
+    parts = {}
+    economics: Economics | None = None
+    for name in settings.configurations:
+        part = _Configuration(name, sets, settings, on_phase, on_round)
+        reference = part.reference
+        if economics is None:
+            economics = Economics.of(
+                sets.reference,
+                settings.loads,
+                reference.load_set,
+                follow_height=settings.follow_height,
+            )
+        parts[name] = part.run(economics)
+    assert economics is not None  # there is a configuration
+    return TowerStudy(
+        settings=settings,
+        turbine=sets.reference.name,
+        reference_height=sets.reference.rotor.hub_height,
+        results=parts,
+        economics=economics,
+        sets_simulated=sets.simulated - simulated,
+        seconds=clock.perf_counter() - began,
+    )
+
+
+class _Configuration:
+    """Phases of one configuration."""
+
+    def __init__(
+        self,
+        name: str,
+        sets: LoadSets,
+        settings: TowerStudySettings,
+        on_phase: Callable[[str, str], None] | None,
+        on_round: Callable[[float, float, Round], None] | None,
+    ) -> None:
+        self.name, self.sets, self.settings = name, sets, settings
+        self._on_phase, self.on_round = on_phase, on_round
+        self.height = sets.reference.rotor.hub_height
+        soft = dataclasses.replace(settings.limits, frequency_margin=None)
+        self.limits = settings.limits if name == "standard" else soft
+        self.towers = self._towers()
+        self._phase("reference tower")
+        self.reference = self.towers.at(self.height, 0.0)
+
+    def _towers(self, known: tuple[OptimalTower, ...] = ()) -> Towers:
+        return Towers(
+            self.sets,
+            self.limits,
+            threshold=self.settings.threshold,
+            known=known,
+            on_round=self.on_round,
+        )
+
+    def _phase(self, what: str) -> None:
+        if self._on_phase is not None:
+            self._on_phase(self.name, what)
+
+    def run(self, economics: Economics) -> ConfigurationResult:
+        settings, height = self.settings, self.height
+        self._phase("damage over c")
+        changes = mass_estimates(
+            self.towers, self.reference, settings.weights, step=settings.step
+        )
+        self._phase("heights at c = 0")
+        factors = settings.height_factors
+        solved = {height * f: self.towers.at(height * f, 0.0) for f in factors}
+        first, high = cost_estimates(solved, changes, economics)
+        estimate_effort = Effort(sets=len(self.towers.used), seconds=self.towers.seconds)
+        self._phase("towers over c")
+        again = self._towers((self.reference,))
+        truth = tuple(again.at(height, c) for c in settings.weights)
+        self._phase("lowest cost without co-design")
+        without, without_effort = self._search(economics, with_weight=False)
+        self._phase("lowest cost with co-design")
+        codesign, codesign_effort = self._search(economics, with_weight=True)
+        true_map = None
+        if settings.true_map:
+            self._phase("map of the true cost")
+            true_map = self._true_map((*solved.values(), *truth[1:]), economics)
+        energy = float(economics.energy(height, self.reference.load_set))
+        return ConfigurationResult(
+            configuration=self.name,
+            reference=self.reference,
+            estimates=changes,
+            truth=truth,
+            first_order_map=first,
+            high_order_map=high,
+            true_map=true_map,
+            reference_cost=float(economics.cost(height, self.reference.mass, energy)),
+            reference_energy=energy,
+            without=without,
+            with_codesign=codesign,
+            estimate_effort=estimate_effort,
+            without_effort=without_effort,
+            codesign_effort=codesign_effort,
+        )
+
+    def _search(self, economics: Economics, *, with_weight: bool) -> tuple[CoDesign, Effort]:
+        """Outer search from the reference height and c = 0, on towers of its own.
+
+        Only the reference's design is known to it, as the first start.
+        """
+        towers = self._towers()
+        factors, weights = self.settings.height_factors, self.settings.weights
+        low, high, steps = [factors[0]], [factors[-1]], [0.05]
+        if with_weight:
+            low, high, steps = [*low, 0.0], [*high, weights[-1]], [*steps, 0.5 * weights[-1]]
+
+        def place(x: FloatArray) -> tuple[float, float]:
+            return self.height * float(x[0]), float(x[1]) if with_weight else 0.0
+
+        def cost(x: FloatArray) -> float:
+            tower = towers.at(*place(x))
+            energy = economics.energy(tower.hub_height, tower.load_set)
+            return float(economics.cost(tower.hub_height, tower.mass, energy))
+
+        start = [1.0, 0.0] if with_weight else [1.0]
+        found = minimise_in_box(cost, start, low, high, first_steps=steps)
+        tower = towers.at(*place(found.x))
+        energy = float(economics.energy(tower.hub_height, tower.load_set))
+        effort = Effort(
+            sets=len(towers.used), seconds=towers.seconds, iterations=found.iterations
+        )
+        return CoDesign(tower=tower, energy=energy, cost=found.value, search=found), effort
+
+    def _true_map(
+        self, known: tuple[OptimalTower, ...], economics: Economics
+    ) -> CostMap:
+        towers = self._towers(known)
+        heights = [self.height * f for f in self.settings.height_factors]
+        grid = [[towers.at(h, c) for c in self.settings.weights] for h in heights]
+        mass = np.array([[t.mass for t in row] for row in grid])
+        energy = np.array(
+            [[float(economics.energy(t.hub_height, t.load_set)) for t in row] for row in grid]
+        )
+        at = np.array(heights)
+        return CostMap(
+            heights=at,
+            weights=np.array(self.settings.weights),
+            mass=mass,
+            energy=energy,
+            cost=economics.cost(at[:, None], mass, energy),
+        )
+
