@@ -18,6 +18,7 @@ _LIMITS = (
 )
 _CARRIERS = 2
 _RUNS = 2
+_ROUGH = 1e-3
 _LEAST = 1e-9  # share of the largest torque below which a change is shown as none
 
 
@@ -163,6 +164,12 @@ def _remarks(record: Mapping[str, Any]) -> list[str]:
                 f"{row['label']}: from there the present design gains "
                 f"{1e-3 * row['missed_before']:.4g} kN m without the change, which is taken off"
             )
+    residual = record["stationarity"]["residual"]
+    if residual > _ROUGH:
+        lines.append(
+            f"the design misses stationarity by {100 * residual:.2g} % of the largest term of its "
+            "conditions: estimates are no better than that"
+        )
     lines += [f"{item['parameter']}: left out, {item['message']}" for item in record["skipped"]]
     if any(row["resolved"] is not None for row in record["rows"]):
         lines.append("re-solved values are the best of local solves, not proven optima")

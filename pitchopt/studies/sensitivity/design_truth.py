@@ -1,9 +1,10 @@
 """A pitch design solved again with a parameter changed: the truth that estimates stand beside.
 
 Local solves find local optima.  So the changed problem is solved from the present design and from
-the starts that `pitchopt.design` uses, and the best counts.  Where that is another optimum than the
-one that the present design moves to, the change of the value is not all the parameter's doing, and
-the present problem is solved from there as well: what it gains is taken off, so that
+each of the starts that `pitchopt.design` uses, in full, and the best counts.  Where that is
+another optimum than the one that the present design moves to, the change of the value is not all
+the parameter's doing, and the present problem is solved from there as well: what it gains is taken
+off, so that
 
     truth = best value with the change - best value known without it.
 
@@ -23,7 +24,7 @@ from pitchopt.design.goals import power_max
 from pitchopt.design.points import PointFinder
 from pitchopt.design.results import LocalSolution, Status
 from pitchopt.design.scp import solve_local
-from pitchopt.design.search import Start, best_local, valued
+from pitchopt.design.search import Start, valued
 from pitchopt.errors import InfeasibleError, InputError
 
 if TYPE_CHECKING:
@@ -103,10 +104,10 @@ def resolved(
     if warm is not None:
         others.append(("smaller change", solve_local(problem, objective, warm)))
     if starts and not problem.constant_only:
-        profiles = _starts(point, changed, starts, seed)
-        if profiles:
-            found = best_local(problem, objective, profiles)
-            others.append((found.start, found.solution))
+        others += [
+            (start.label, solve_local(problem, objective, start.profile))
+            for start in _starts(point, changed, starts, seed)
+        ]
     for name, solution in others:
         if _rank(problem, objective, solution) > _rank(problem, objective, best):
             best, label = solution, name
