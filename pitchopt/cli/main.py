@@ -27,6 +27,7 @@ _COMMANDS = {
     "simulate": "The turbine in turbulence: statistics, damage-equivalent loads, time series.",
     "tune": "Controllers tuned by simulation: zeroth-order, Bayesian, and others beside them.",
     "sensitivity": "What a changed limit, price or wind would do to an optimum, beside the truth.",
+    "tower": "A tower designed together with its controller: estimates, truth, cost of energy.",
     "check": "Compute stored bounds again, from curves and multipliers alone.",
     "export": "A profile as CSV, as harmonics, or as AeroDyn motion files.",
     "turbines": "What the catalogue holds; templates of case files.",
@@ -43,6 +44,7 @@ Examples:
   pitchopt simulate --wind-speed 12 --turbulence B --seeds 6
   pitchopt tune --problem speed-regulator --method zoo
   pitchopt sensitivity --case nrel-5mw --wind-speed 15 --mu 3
+  pitchopt tower --quick --out tower
   pitchopt turbines --template nrel-5mw > my-case.toml
   pitchopt export demo/profiles.npz --point knee --format harmonics
 

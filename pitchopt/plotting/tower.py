@@ -233,7 +233,13 @@ def plot_cost_map(
         (costs.lowest(), "X", VERMILION),
     ):
         axes.plot(
-            100.0 * (h / reference_height - 1.0), c, look, color=colour, mec="w", ms=9, clip_on=False
+            100.0 * (h / reference_height - 1.0),
+            c,
+            look,
+            color=colour,
+            mec="w",
+            ms=9,
+            clip_on=False,
         )
     axes.set_xlabel("change of hub height [%]")
     axes.set_ylabel(_WEIGHT)

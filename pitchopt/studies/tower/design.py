@@ -49,17 +49,16 @@ class Joints:
 
 def station_joints(stations: int, elements: int) -> Joints:
     """Joints of evenly spaced stations, base and top included."""
-    rows = []
+    rows: list[tuple[int, int, float]] = []
     for s in range(stations):
         whole, rest = divmod(s * elements, stations - 1)
-        share = rest / (stations - 1)
         if rest:
-            rows.append((s, whole, share))
+            rows.append((s, whole, rest / (stations - 1)))
             continue
         rows += [(s, whole - 1, 1.0)] if whole else []
         rows += [(s, whole, 0.0)] if whole < elements else []
-    station, element, share = zip(*rows, strict=True)
-    return Joints(np.array(station), np.array(element), np.array(share, dtype=np.float64))
+    table = np.array(rows)
+    return Joints(table[:, 0].astype(np.intp), table[:, 1].astype(np.intp), table[:, 2])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -39,9 +39,7 @@ def tower_document(study: TowerStudy) -> dict[str, Any]:
             "follow_height": settings.follow_height,
         },
         "reference_height": study.reference_height,
-        "configurations": {
-            name: _configuration(part) for name, part in study.results.items()
-        },
+        "configurations": {name: _configuration(part) for name, part in study.results.items()},
         "tables": comparison_rows(study),
         "sets_simulated": study.sets_simulated,
         "seconds": study.seconds,

@@ -54,7 +54,12 @@ class Economics:
 
     @classmethod
     def of(
-        cls, turbine: Turbine, settings: LoadSettings, found: LoadSet, *, follow_height: bool = False
+        cls,
+        turbine: Turbine,
+        settings: LoadSettings,
+        found: LoadSet,
+        *,
+        follow_height: bool = False,
     ) -> Economics:
         """Economics with the energy of a set at the turbine's own height as reference."""
         model = CostModel(

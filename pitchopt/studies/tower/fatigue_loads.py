@@ -33,6 +33,13 @@ MOMENT_BINS = np.exp(np.arange(np.log(1e3), np.log(1e9), _WIDTH))  # centres [N 
 MOMENT_BINS.setflags(write=False)
 _ONSET = 0.02
 _DIFFERENCE = 1e-3  # of the logarithm of the stress
+_CURVE_D = SNCurve(
+    slope=3.0,
+    reference_range=52.63e6,
+    reference_cycles=1e7,
+    second_slope=5.0,
+    knee_cycles=1e7,
+)
 
 
 def bin_places(ranges: FloatArray) -> FloatArray:
@@ -72,13 +79,7 @@ class Weld:
         If a number is out of range.
     """
 
-    curve: SNCurve = SNCurve(
-        slope=3.0,
-        reference_range=52.63e6,
-        reference_cycles=1e7,
-        second_slope=5.0,
-        knee_cycles=1e7,
-    )
+    curve: SNCurve = _CURVE_D
     safety_factor: float = 1.1 * 1.15
     reference_thickness: float = 0.025
     thickness_exponent: float = 0.2

@@ -196,7 +196,7 @@ def optimal_tower(
 
 
 def _logarithms(design: TowerDesign) -> FloatArray:
-    return np.log(np.concatenate([design.diameter, design.thickness]))
+    return np.asarray(np.log(np.concatenate([design.diameter, design.thickness])))
 
 
 def _designed(logarithms: FloatArray, like: TowerDesign) -> TowerDesign:

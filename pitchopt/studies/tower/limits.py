@@ -32,8 +32,9 @@ class TowerLimits:
     Parameters
     ----------
     frequency_margin : float or None
-        delta: natural frequencies lie above 1P / (1 - delta) [-]; 0.1 keeps a ninth of 1P
-        between.  None for a soft-soft tower, whose controller keeps the rotor out of resonance.
+        delta: natural frequencies lie above 1P / (1 - delta) [-], 1P that of the rated rotor
+        speed; 0.15 keeps 18 % of it between.  None for a soft-soft tower, whose controller keeps
+        the rotor out of resonance.
     largest_damage : float
         Of the lifetime [-].
     largest_diameter : float

@@ -279,7 +279,7 @@ class LoadSets:
             exponent=settings.shear,
         )
         weights = weibull_weights(bin_edges(settings.wind_speeds), mean=float(site))
-        share = {u: w for u, w in zip(settings.wind_speeds, weights, strict=True)}
+        share = dict(zip(settings.wind_speeds, weights, strict=True))
         done = 0
 
         def count(run: Simulation) -> None:
@@ -322,9 +322,7 @@ class LoadSets:
 
     def _box(self, speed: float, seed: int) -> TurbulenceBox:
         """Box about the reference turbine's own hub."""
-        settings = dataclasses.replace(
-            self.settings.simulated, wind_speeds=(speed,), seeds=(seed,)
-        )
+        settings = dataclasses.replace(self.settings.simulated, wind_speeds=(speed,), seeds=(seed,))
         field = wind_cases(self.operation.dynamic, settings, self.cache)[0].make()
         assert isinstance(field, TurbulentField)  # the settings ask for turbulence
         assert isinstance(field.box, TurbulenceBox)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pitchopt.studies.tower.estimates import CostMap
 from pitchopt.studies.tower.study import ConfigurationResult, TowerStudy
 
 if TYPE_CHECKING:
@@ -80,7 +81,8 @@ def _designs(study: TowerStudy) -> Figure:
         for name, part in study.results.items()
     }
     sums = {
-        name: np.array([groups[key].sum() for key in _GEOMETRY]) for name, groups in relative.items()
+        name: np.array([groups[key].sum() for key in _GEOMETRY])
+        for name, groups in relative.items()
     }
     plot_multipliers(sums, labels=list(_GEOMETRY.values()), ax=c)
     plot_multipliers({name: groups["fatigue"] for name, groups in relative.items()}, ax=d)
@@ -114,7 +116,7 @@ def _mass(study: TowerStudy) -> Figure:
 def _cost(study: TowerStudy) -> Figure:
     from pitchopt.plotting.tower import plot_cost_map
 
-    def maps(part: ConfigurationResult) -> dict[str, object]:
+    def maps(part: ConfigurationResult) -> dict[str, CostMap]:
         found = {"first-order": part.first_order_map, "high-order": part.high_order_map}
         return found if part.true_map is None else {**found, "sized anew": part.true_map}
 
@@ -124,7 +126,7 @@ def _cost(study: TowerStudy) -> Figure:
     for row, (name, part) in zip(rows, study.results.items(), strict=True):
         for ax, (kind, costs) in zip(row, maps(part).items(), strict=True):
             plot_cost_map(
-                costs,  # type: ignore[arg-type]
+                costs,
                 reference_height=study.reference_height,
                 reference_cost=part.without.cost,
                 ax=ax,

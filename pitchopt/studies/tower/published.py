@@ -13,7 +13,7 @@ from types import MappingProxyType
 __all__ = ["MEAN_DAMAGE_CHANGE", "PUBLISHED"]
 
 MEAN_DAMAGE_CHANGE = -0.068
-"""Of the mean damage, weight from 0 to 0.3; the text does not say on which configuration's tower."""
+"""Of the mean damage, weight from 0 to 0.3; on which configuration's tower is not said."""
 
 PUBLISHED: Mapping[str, Mapping[str, float]] = MappingProxyType(
     {

@@ -1,4 +1,4 @@
-"""The tower study: is it worth designing tower and controller together?
+"""The tower study: what designing tower and controller together gains.
 
 For a standard tower, kept clear of 1P, and for a soft-soft one:
 
@@ -329,9 +329,7 @@ class _Configuration:
     def run(self, economics: Economics) -> ConfigurationResult:
         settings, height = self.settings, self.height
         self._phase("damage over c")
-        changes = mass_estimates(
-            self.towers, self.reference, settings.weights, step=settings.step
-        )
+        changes = mass_estimates(self.towers, self.reference, settings.weights, step=settings.step)
         self._phase("heights at c = 0")
         factors = settings.height_factors
         solved = {height * f: self.towers.at(height * f, 0.0) for f in factors}
@@ -389,14 +387,10 @@ class _Configuration:
         found = minimise_in_box(cost, start, low, high, first_steps=steps)
         tower = towers.at(*place(found.x))
         energy = float(economics.energy(tower.hub_height, tower.load_set))
-        effort = Effort(
-            sets=len(towers.used), seconds=towers.seconds, iterations=found.iterations
-        )
+        effort = Effort(sets=len(towers.used), seconds=towers.seconds, iterations=found.iterations)
         return CoDesign(tower=tower, energy=energy, cost=found.value, search=found), effort
 
-    def _true_map(
-        self, known: tuple[OptimalTower, ...], economics: Economics
-    ) -> CostMap:
+    def _true_map(self, known: tuple[OptimalTower, ...], economics: Economics) -> CostMap:
         towers = self._towers(known)
         heights = [self.height * f for f in self.settings.height_factors]
         grid = [[towers.at(h, c) for c in self.settings.weights] for h in heights]
@@ -412,4 +406,3 @@ class _Configuration:
             energy=energy,
             cost=economics.cost(at[:, None], mass, energy),
         )
-

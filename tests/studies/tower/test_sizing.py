@@ -351,6 +351,7 @@ def test_multipliers_are_the_slopes_of_the_optimal_mass(
         "taper": TowerLimits(taper=0.93, frequency_margin=None, slenderness=150.0),
         "least_wall": tight,
         "top_diameter": dataclasses.replace(STANDARD, top_diameter=3.4),
+        "largest_diameter": dataclasses.replace(STANDARD, largest_diameter=5.5),
         "largest_wall": TowerLimits(largest_wall=0.034, slenderness=160.0),
     }
     limits = cases.get(group, STANDARD if group != "fatigue" else SOFT)

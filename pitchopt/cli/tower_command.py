@@ -1,0 +1,279 @@
+"""``pitchopt tower``: what designing a tower together with its controller would gain."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pitchopt.cli.options import box_cache, cache_options, json_option, output_options
+from pitchopt.cli.values import Option, between, numbers, positive, seeds, whole
+
+if TYPE_CHECKING:
+    from pitchopt.cli.progress import Progress
+    from pitchopt.studies.tower import TowerStudySettings
+
+__all__ = ["command"]
+
+_EPILOG = """\b
+For a tower kept clear of 1P (standard) and one that is not (soft-soft): the lightest tower for
+the controller's weight c = 0 and its multipliers, estimates from them of what other weights
+would save, towers sized anew beside the estimates, the lowest cost of energy over hub height
+at c = 0 and over hub height and c together.
+
+\b
+Examples:
+  pitchopt tower --out tower
+  pitchopt tower --configuration soft-soft --no-true-map
+  pitchopt tower --quick --out try
+
+\b
+Files: tower.json, tower.csv, damage.png, designs.png, mass.png, cost.png, and the folder sets
+with every full set of simulations. A study that was stopped goes on from its sets when the
+same command is given again.
+
+\b
+--quick: wind speeds 5, 9, 13, 19 m/s, one seed of 120 s, three weights, three heights, no map
+of the true cost. A check that all works; its figures mean little."""
+
+_QUICK_LOADS = {
+    "wind_speeds": (5.0, 9.0, 13.0, 19.0),
+    "seeds": (1,),
+    "duration": 120.0,
+    "axes": 4,
+    "box_points": 9,
+}
+_QUICK = {
+    "weights": (0.0, 0.03, 0.3),
+    "height_factors": (0.9, 1.0, 1.1),
+    "threshold": 0.01,
+    "true_map": False,
+}
+
+
+def _loads_options(function: Any) -> Any:
+    """Turbine, winds and site."""
+    for option in reversed(
+        [
+            click.option(
+                "--turbine", metavar="KEY|FILE", default="iea-3.4-130", show_default=True,
+                help="Of the catalogue, or a windIO file (.yaml).",
+            ),
+            click.option(
+                "--turbulence", metavar="A+|A|B|C|TI", default="A", show_default=True,
+                help="Class of IEC 61400-1 or an intensity.",
+            ),
+            click.option(
+                "--wind-speeds", type=Option("m/s", numbers), metavar="M/S,...",
+                help="Mean wind speeds at the hub.  [default: 3 to 25 by 2]",
+            ),
+            click.option(
+                "--seeds", type=Option("seeds", seeds), metavar="N|A:B|A,B,...",
+                help="Of the turbulence at each of them.  [default: 6]",
+            ),
+            click.option(
+                "--duration", type=Option("s", positive(1e5, "s")), metavar="S",
+                help="Of each simulation, the first 30 s of it left out.  [default: 600]",
+            ),
+            click.option(
+                "--mean-wind-speed", type=Option("m/s", positive(50, "m/s")), metavar="M/S",
+                default="7.5", show_default=True, help="Of the site, at the turbine's hub height.",
+            ),
+            click.option(
+                "--lifetime", type=Option("years", positive(200, "years")), metavar="YEARS",
+                default="20", show_default=True, help="Over which the damage reaches one.",
+            ),
+            click.option(
+                "--workers", type=Option("n", whole(1, 1024)), metavar="N",
+                help="Threads of a set of simulations.  [default: one a processor]",
+            ),
+        ]
+    ):  # fmt: skip
+        function = option(function)
+    return function
+
+
+def _study_options(function: Any) -> Any:
+    """Limits of the tower, and what is studied."""
+    for option in reversed(
+        [
+            click.option(
+                "--configuration", type=click.Choice(["both", "standard", "soft-soft"]),
+                default="both", show_default=True, help="Kept clear of 1P, or not.",
+            ),
+            click.option(
+                "--frequency-margin", type=Option("x", between(0, 0.9, "")), metavar="X",
+                default="0.15", show_default=True,
+                help="Of the standard tower: natural frequencies above 1P / (1 - X).",
+            ),
+            click.option(
+                "--largest-diameter", type=Option("m", positive(50, "m")), metavar="M",
+                default="6", show_default=True, help="Outer diameter of the tower.",
+            ),
+            click.option(
+                "--slenderness", type=Option("x", positive(1000, "")), metavar="X",
+                default="200", show_default=True, help="Largest diameter over wall.",
+            ),
+            click.option(
+                "--weights", type=Option("x", numbers), metavar="X,...",
+                help="c [s2/m2], ascending from 0.  [default: 0,0.03,0.1,0.2,0.3]",
+            ),
+            click.option(
+                "--heights", type=Option("x", numbers), metavar="X,...",
+                help="Hub heights over the turbine's own.  [default: 0.9,1,1.1,1.2]",
+            ),
+            click.option(
+                "--threshold", type=Option("x", between(1e-5, 0.01, "")), metavar="X",
+                help="Change of any diameter or wall that calls for new loads.  [default: 0.002]",
+            ),
+            click.option(
+                "--follow-height", is_flag=True,
+                help="Let the cost of foundation and installation follow the hub height.",
+            ),
+            click.option(
+                "--no-true-map", is_flag=True, help="Size no tower at every point of the cost map.",
+            ),
+            click.option("--quick", is_flag=True, help="Small winds and grids, see below."),
+            click.option(
+                "--sets", metavar="DIR",
+                help="Where sets of simulations are kept and taken up.  [default: sets in the "
+                "folder of --out; none with --json without --out]",
+            ),
+        ]
+    ):  # fmt: skip
+        function = option(function)
+    return function
+
+
+@click.command("tower", epilog=_EPILOG)
+@_study_options
+@_loads_options
+@cache_options
+@click.option("--no-plots", is_flag=True, help="Leave out the pictures.")
+@output_options
+@json_option
+def command(**options: Any) -> int:
+    """What designing a tower together with its controller would gain.
+
+    Estimates from one sized tower and its multipliers, beside towers sized anew.
+    """
+    began = time.perf_counter()
+    for library in ("OPENBLAS", "OMP", "MKL"):  # so that sizes do not depend on the processors
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    from pitchopt.cli import output
+    from pitchopt.cli.progress import Progress
+    from pitchopt.cli.tower_tables import print_tower
+    from pitchopt.studies.tower import (
+        LoadSets,
+        run_tower_study,
+        tower_csv,
+        tower_document,
+        tower_pictures,
+    )
+    from pitchopt.turbines import load_turbine
+
+    settings = _settings(options)
+    turbine = load_turbine(options["turbine"])
+    as_json = options["as_json"]
+    folder = output.out_folder(options["out"], "tower", turbine.name, as_json=as_json)
+    kept = options["sets"]
+    place = Path(kept) if kept is not None else None if folder is None else folder / "sets"
+    with Progress(compiled="the time loop") as progress:
+        shown = _Shown(progress, settings)
+        sets = LoadSets(
+            turbine,
+            settings.loads,
+            folder=place,
+            workers=options["workers"],
+            cache=box_cache(options),
+            on_run=shown.run,
+        )
+        study = run_tower_study(sets, settings, on_phase=shown.phase, on_round=shown.round)
+
+    def files() -> dict[str, bytes | str]:
+        made: dict[str, bytes | str] = {"tower.csv": tower_csv(study)}
+        if not options["no_plots"]:
+            made.update({name: draw() for name, draw in tower_pictures(study).items()})
+        return made
+
+    output.deliver(
+        tower_document(study),
+        "tower.json",
+        folder=folder,
+        files=files,
+        began=began,
+        as_json=as_json,
+        show=print_tower,
+    )
+    return 0
+
+
+def _settings(options: Mapping[str, Any]) -> TowerStudySettings:
+    from pitchopt.studies.tower import (
+        CONFIGURATIONS,
+        LoadSettings,
+        TowerLimits,
+        TowerStudySettings,
+    )
+
+    quick = options["quick"]
+    loads: dict[str, Any] = dict(_QUICK_LOADS) if quick else {}
+    for name in ("wind_speeds", "seeds", "duration"):
+        if options[name] is not None:
+            loads[name] = options[name]
+    study: dict[str, Any] = dict(_QUICK) if quick else {}
+    if options["no_true_map"]:
+        study["true_map"] = False
+    for name, key in (
+        ("weights", "weights"),
+        ("heights", "height_factors"),
+        ("threshold", "threshold"),
+    ):
+        if options[name] is not None:
+            study[key] = tuple(options[name]) if key != "threshold" else options[name]
+    if "weights" in study and len(study["weights"]) > 1:
+        study["step"] = study["weights"][1]
+    chosen = options["configuration"]
+    return TowerStudySettings(
+        loads=LoadSettings(
+            turbulence=options["turbulence"],
+            mean_wind_speed=options["mean_wind_speed"],
+            lifetime=options["lifetime"],
+            **loads,
+        ),
+        limits=TowerLimits(
+            frequency_margin=options["frequency_margin"],
+            largest_diameter=options["largest_diameter"],
+            slenderness=options["slenderness"],
+        ),
+        configurations=CONFIGURATIONS if chosen == "both" else (chosen,),
+        follow_height=options["follow_height"],
+        **study,
+    )
+
+
+class _Shown:
+    """Progress of a study: runs of the present set, and how many sets there were."""
+
+    def __init__(self, progress: Progress, settings: TowerStudySettings) -> None:
+        self._progress = progress
+        self._label = ""
+        self._phases = 0
+        each = 6 if settings.true_map else 5
+        self._all = each * len(settings.configurations)
+
+    def phase(self, configuration: str, what: str) -> None:  # noqa: ARG002  the bar is narrow
+        """A phase begins."""
+        self._phases += 1
+        self._label = f"{self._phases}/{self._all} {configuration}"
+
+    def run(self, done: int, total: int) -> None:
+        """A run of a set is done."""
+        self._progress(done, total, self._label)
+
+    def round(self, *_: Any) -> None:
+        """A tower was sized."""

@@ -1,0 +1,75 @@
+"""What ``pitchopt tower`` prints for people."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import click
+
+from pitchopt.cli.tables import text_table
+
+__all__ = ["print_tower"]
+
+
+def print_tower(document: Mapping[str, Any]) -> None:
+    """Reference towers, masses over the weight, the paper's tables beside ours."""
+    for name, part in document["configurations"].items():
+        click.echo(_reference(name, part) + "\n")
+        click.echo(_masses(part) + "\n")
+        click.echo(_broken(part) + "\n")
+    click.echo(_tables(document["tables"]) + "\n")
+
+
+def _reference(name: str, part: Mapping[str, Any]) -> str:
+    tower = part["reference"]
+    sums = {key: float(sum(values)) for key, values in tower["multipliers"].items()}
+    largest = sorted((key for key in sums if sums[key] > 1e-3), key=lambda key: -sums[key])
+    carried = ", ".join(f"{key.replace('_', ' ')} {sums[key]:.3f}" for key in largest)
+    first = float(min(row[0] for row in tower["frequencies_hz"]))
+    return (
+        f"{name} tower, hub {tower['hub_height']:g} m, c = 0: {tower['mass'] / 1e3:.1f} t, first "
+        f"frequency {first:.4f} Hz, {tower['cost']:.3f} $/MWh\n"
+        f"multipliers over mass: {carried}"
+    )
+
+
+def _masses(part: Mapping[str, Any]) -> str:
+    found, mass = part["estimates"], part["reference"]["mass"]
+    rows = [["c [s2/m2]", "mean damage [%]", "first-order [%]", "high-order [%]", "sized anew [%]",
+             "error first", "error high"]]  # fmt: skip
+    for k, weight in enumerate(found["weights"]):
+        first, high, true = (100.0 * found[key][k] / mass for key in
+                             ("first_order", "high_order", "true"))  # fmt: skip
+        rows.append(
+            [
+                f"{weight:g}",
+                f"{100.0 * found['mean_damage_change'][k]:+.2f}",
+                f"{first:+.3f}",
+                f"{high:+.3f}",
+                f"{true:+.3f}",
+                f"{first - true:+.3f}",
+                f"{high - true:+.3f}",
+            ]
+        )
+    return "change of the optimal mass\n" + text_table(rows)
+
+
+def _broken(part: Mapping[str, Any]) -> str:
+    """Assumptions at the largest weight."""
+    last = part["estimates"]["details"][-1]
+    lines = [f"  {a['name']}: {a['verdict']}; {a['message']}" for a in last["assumptions"]]
+    return f"assumptions at c = {last['weight']:g}\n" + "\n".join(lines)
+
+
+def _tables(rows: list[Mapping[str, Any]]) -> str:
+    table = [["table", "configuration", "quantity", "unit", "paper", "ours"]]
+    for row in rows:
+        share = row["unit"] == "-" and "change" in row["quantity"]
+        factor, unit, digits = (100.0, "%", 2) if share else (1.0, row["unit"], 3)
+        cells = [
+            "" if value is None else f"{factor * value:.{digits}f}"
+            for value in (row["paper"], row["ours"])
+        ]
+        table.append([row["table"], row["configuration"], row["quantity"], unit, *cells])
+    return "the paper's tables\n" + text_table(table, left=4)
