@@ -33,7 +33,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Truth", "resolved"]
 
-_SAME = 1e-6  # share of the largest torque, or of the RMS, within which optima count as equal
+_ROUNDING = 3e-8  # share of the largest torque, or of the RMS, that a local solve leaves
+_SAME = 5e-6  # the same within which optima count as equal
+_RELEVANT = 5e-3  # share of the change, as well
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -118,19 +120,19 @@ def resolved(
     value = point.stationary.value
     scale = point.largest_torque if point.by_torque else max(-value, 1.0)
     near = own.value if _feasible(problem, objective, own) else -np.inf
-    other = best.value - near > _SAME * scale
-    missed = 0.0
-    if other:
+    apart, missed = best.value - near, 0.0
+    if apart > _ROUNDING * scale:
         back = solve_local(point.problem, point.objective, best.profile)
         if _feasible(point.problem, point.objective, back):
             missed = max(back.value - value, 0.0)
+    change = best.value - value - missed
     return Truth(
-        change=best.value - value - missed,
+        change=change,
         near=near - value,
         profile=best.profile,
         moved=float(np.max(np.abs(best.profile - point.design.profile))),
         start=label,
-        other=other,
+        other=apart > max(_SAME * scale, _RELEVANT * abs(change)),
         missed=missed,
         status=best.status,
     )
