@@ -18,7 +18,7 @@ _LIMITS = (
 )
 _CARRIERS = 2
 _RUNS = 2
-_LEAST = 1e-9  # share of the largest torque below which a change is shown as none
+_ROUGH = 1e-3
 
 
 def sensitivity_lines(record: Mapping[str, Any]) -> list[str]:
@@ -72,7 +72,7 @@ def _aligned(table: Sequence[Sequence[str]]) -> str:
 
 def _cells(record: Mapping[str, Any], row: Mapping[str, Any], *, resolved: bool) -> list[str]:
     unit = "" if row["unit"] == "-" else f" {row['unit']}"
-    least = _LEAST * record["largest_torque"]
+    least = record["resolution"]
     share = row["share_of_torque"]
     share = row["share_of_rms"] if share is None else share
     cells = [
@@ -158,11 +158,17 @@ def _remarks(record: Mapping[str, Any]) -> list[str]:
                 f"{row['label']}: the best optimum is another one, up to "
                 f"{row['moved_deg']:.2f} deg away (from {row['start']}); {text}"
             )
-        if row.get("missed_before"):
+        if row.get("other_optimum") and row["missed_before"] > record["resolution"]:
             lines.append(
                 f"{row['label']}: from there the present design gains "
                 f"{1e-3 * row['missed_before']:.4g} kN m without the change, which is taken off"
             )
+    residual = record["stationarity"]["residual"]
+    if residual > _ROUGH:
+        lines.append(
+            f"the design misses stationarity by {100 * residual:.2g} % of the largest term of its "
+            "conditions: estimates are no better than that"
+        )
     lines += [f"{item['parameter']}: left out, {item['message']}" for item in record["skipped"]]
     if any(row["resolved"] is not None for row in record["rows"]):
         lines.append("re-solved values are the best of local solves, not proven optima")

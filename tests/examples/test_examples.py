@@ -58,6 +58,7 @@ WRITES = {
         "27_c4_coupling.png",
         "27_c5_active_set.png",
     ],
+    "28_sensitivity_design": ["28_curves.png", "28_sensitivity.csv", "28_sensitivity.png"],
 }
 NEEDS = {"26_dask_cluster": "distributed"}
 

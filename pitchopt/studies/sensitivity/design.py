@@ -34,7 +34,7 @@ __all__ = [
     "design_sensitivity",
 ]
 
-_NONE = 1e-9  # share of the scale below which a change counts as none
+_ROUNDING = 3e-8  # share of the largest torque that local solves leave
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -106,9 +106,10 @@ class DesignSensitivity:
             return self.point.largest_torque
         return max(self.point.design.rms_weighted, 1e-6 * self.point.largest_torque)
 
-    def negligible(self, change: float) -> bool:
-        """Whether a change is as small as what a solver leaves."""
-        return abs(change) <= _NONE * self.point.largest_torque
+    @property
+    def resolution(self) -> float:
+        """Changes below this are what local solves leave [N m]."""
+        return (_ROUNDING if self.point.by_torque else 1e-6) * self.scale
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -45,6 +45,7 @@ def sensitivity_record(result: DesignSensitivity) -> dict[str, Any]:
         "largest_torque": point.largest_torque,
         "price": point.price,
         "held": held_text(result),
+        "resolution": result.resolution,
         "stationarity": {"residual": kkt.worst, "gain": kkt.gain},
         "rows": [_row(result, row) for row in result.rows],
         "skipped": [{"parameter": name, "message": why} for name, why in result.skipped],
@@ -94,7 +95,7 @@ def _row(result: DesignSensitivity, row: DesignRow) -> dict[str, Any]:
     }
     if row.truth is not None and row.errors is not None:
         truth, (first, high) = row.truth, row.errors
-        zero = result.negligible(truth.change)
+        zero = abs(truth.change) <= result.resolution
         record |= {
             "resolved": truth.change,
             "error_first_order": first,

@@ -22,7 +22,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from pitchopt.checks import FloatArray
-from pitchopt.studies.sensitivity.stationary import REACH
 
 if TYPE_CHECKING:
     from pitchopt.aero.curves import BladeCurves
@@ -93,8 +92,8 @@ class FrozenLines:
             assert self.rotor is not None
             before = self.rotor.fixed_inflow(positions, self.pitch)
             after = rotor.fixed_inflow(positions, self.pitch)
-            theta = self.point.theta
-            below, above = self._side(before, after, -REACH), self._side(before, after, REACH)
+            theta, reach = self.point.theta, self.point.reach
+            below, above = self._side(before, after, -reach), self._side(before, after, reach)
             value, slope = (
                 (1 - theta) * low + theta * high for low, high in zip(below, above, strict=True)
             )
@@ -130,8 +129,8 @@ class FrozenLines:
     def _sampled(self, rotor: StaticRotor) -> tuple[FloatArray, FloatArray]:
         """The same on the lines between the pitches at which the curves were sampled."""
         curves, rows, theta = self.curves, np.arange(self.profile.size), self.point.theta
-        below = curves.segment(self.profile - REACH)
-        above = curves.segment(self.profile + REACH)
+        below = curves.segment(self.profile - self.point.reach)
+        above = curves.segment(self.profile + self.point.reach)
         pitch = curves.beta[rows, np.stack([below, below + 1, above, above + 1])]
         found = np.stack(rotor.blade_loads(curves.azimuth, pitch, mean_pitch=self.pitch))
         slopes = (found[:, 1::2] - found[:, ::2]) / (pitch[1::2] - pitch[::2])

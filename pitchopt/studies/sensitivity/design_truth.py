@@ -1,9 +1,10 @@
 """A pitch design solved again with a parameter changed: the truth that estimates stand beside.
 
 Local solves find local optima.  So the changed problem is solved from the present design and from
-the starts that `pitchopt.design` uses, and the best counts.  Where that is another optimum than the
-one that the present design moves to, the change of the value is not all the parameter's doing, and
-the present problem is solved from there as well: what it gains is taken off, so that
+each of the starts that `pitchopt.design` uses, in full, and the best counts.  Where that is
+another optimum than the one that the present design moves to, the change of the value is not all
+the parameter's doing, and the present problem is solved from there as well: what it gains is taken
+off, so that
 
     truth = best value with the change - best value known without it.
 
@@ -23,7 +24,7 @@ from pitchopt.design.goals import power_max
 from pitchopt.design.points import PointFinder
 from pitchopt.design.results import LocalSolution, Status
 from pitchopt.design.scp import solve_local
-from pitchopt.design.search import Start, best_local, valued
+from pitchopt.design.search import Start, valued
 from pitchopt.errors import InfeasibleError, InputError
 
 if TYPE_CHECKING:
@@ -32,7 +33,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Truth", "resolved"]
 
-_SAME = 1e-6  # share of the largest torque, or of the RMS, within which optima count as equal
+_ROUNDING = 3e-8  # share of the largest torque, or of the RMS, that a local solve leaves
+_SAME = 5e-6  # the same within which optima count as equal
+_RELEVANT = 5e-3  # share of the change, as well
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -103,10 +106,10 @@ def resolved(
     if warm is not None:
         others.append(("smaller change", solve_local(problem, objective, warm)))
     if starts and not problem.constant_only:
-        profiles = _starts(point, changed, starts, seed)
-        if profiles:
-            found = best_local(problem, objective, profiles)
-            others.append((found.start, found.solution))
+        others += [
+            (start.label, solve_local(problem, objective, start.profile))
+            for start in _starts(point, changed, starts, seed)
+        ]
     for name, solution in others:
         if _rank(problem, objective, solution) > _rank(problem, objective, best):
             best, label = solution, name
@@ -117,19 +120,19 @@ def resolved(
     value = point.stationary.value
     scale = point.largest_torque if point.by_torque else max(-value, 1.0)
     near = own.value if _feasible(problem, objective, own) else -np.inf
-    other = best.value - near > _SAME * scale
-    missed = 0.0
-    if other:
+    apart, missed = best.value - near, 0.0
+    if apart > _ROUNDING * scale:
         back = solve_local(point.problem, point.objective, best.profile)
         if _feasible(point.problem, point.objective, back):
             missed = max(back.value - value, 0.0)
+    change = best.value - value - missed
     return Truth(
-        change=best.value - value - missed,
+        change=change,
         near=near - value,
         profile=best.profile,
         moved=float(np.max(np.abs(best.profile - point.design.profile))),
         start=label,
-        other=other,
+        other=apart > max(_SAME * scale, _RELEVANT * abs(change)),
         missed=missed,
         status=best.status,
     )
