@@ -263,7 +263,7 @@ class _Shown:
         self._progress = progress
         self._label = ""
         self._phases = 0
-        each = 6 if settings.true_map else 5
+        each = 7 if settings.true_map else 6
         self._all = each * len(settings.configurations)
 
     def phase(self, configuration: str, what: str) -> None:  # noqa: ARG002  the bar is narrow

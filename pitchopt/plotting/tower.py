@@ -113,7 +113,7 @@ def plot_tower_diameters(towers: Mapping[str, TowerLike], *, ax: Axes | None = N
     axes = axes_or_new(ax)
     for k, (name, tower) in enumerate(towers.items()):
         z = np.linspace(0.0, tower.length, tower.diameter.size)
-        axes.plot(tower.diameter, z, "o", ls=_LINES[k % 4], color=BLADE_COLOURS[k], label=name)
+        axes.plot(tower.diameter, z, "o", ls=_LINES[k % 4], color=BLADE_COLOURS[k % len(BLADE_COLOURS)], label=name)
     axes.set_xlabel("diameter [m]")
     axes.set_ylabel("height above base [m]")
     axes.legend(frameon=False)
@@ -132,7 +132,7 @@ def plot_tower_walls(towers: Mapping[str, TowerLike], *, ax: Axes | None = None)
             orientation="horizontal",
             baseline=None,
             ls=_LINES[k % 4],
-            color=BLADE_COLOURS[k],
+            color=BLADE_COLOURS[k % len(BLADE_COLOURS)],
             label=name,
         )
     axes.set_xlabel("wall [mm]")
@@ -143,7 +143,7 @@ def plot_tower_walls(towers: Mapping[str, TowerLike], *, ax: Axes | None = None)
 
 
 def plot_multipliers(
-    multipliers: Mapping[str, Mapping[str, ArrayLike]] | Mapping[str, ArrayLike],
+    multipliers: Mapping[str, ArrayLike],
     *,
     labels: Sequence[str] | None = None,
     ax: Axes | None = None,
@@ -162,7 +162,7 @@ def plot_multipliers(
     for k, (name, given) in enumerate(multipliers.items()):
         values = np.asarray(given, dtype=np.float64)
         at = np.arange(values.size) + (k - 0.5 * (len(multipliers) - 1)) * width
-        axes.bar(at, values, width, color=BLADE_COLOURS[k], label=name, hatch="//" if k else None)
+        axes.bar(at, values, width, color=BLADE_COLOURS[k % len(BLADE_COLOURS)], label=name, hatch="//" if k else None)
         places = [str(n + 1) for n in range(values.size)] if labels is None else list(labels)
         axes.set_xticks(np.arange(values.size), places, rotation=0 if labels is None else 30)
     axes.set_ylabel("multiplier over mass [-]")

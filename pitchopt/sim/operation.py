@@ -14,7 +14,6 @@ From these points come
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -417,12 +416,14 @@ class Operation:
             If more than tower and hub height differ.
         """
         ours, theirs = self.dynamic.turbine, dynamic.turbine
-        rotor = dataclasses.replace(theirs.rotor, hub_height=ours.rotor.hub_height)
-        for mine, other, keys in (
+        parts: tuple[tuple[object, object, tuple[str, ...]], ...] = (
             (ours, theirs, ("rated_power", "rated_rotor_speed", "min_rotor_speed", "air_density")),
             (ours, theirs, ("fine_pitch", "optimal_tip_speed_ratio", "drivetrain", "hub")),
-            (ours.rotor, rotor, ("blade", "blades", "hub_radius", "tilt", "cone", "overhang")),
-        ):
+            (ours, theirs, ("blade_structure", "cut_in_wind_speed", "cut_out_wind_speed")),
+            (self.dynamic, dynamic, ("generator_inertia",)),
+            (ours.rotor, theirs.rotor, ("blade", "blades", "hub_radius", "tilt", "cone", "overhang")),
+        )
+        for mine, other, keys in parts:
             for key in keys:
                 if getattr(mine, key) != getattr(other, key):
                     raise InputError(f"dynamic: its {key} is another, expected another tower only")

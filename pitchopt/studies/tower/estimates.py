@@ -66,6 +66,8 @@ class MassEstimates:
         Changes of the mass [kg].
     estimates : tuple of Estimate
         For the weights but the first: contributions, assumptions.
+    largest_damage : float
+        Limit that the multipliers' constraints are relative to [-].
     """
 
     weights: FloatArray
@@ -74,6 +76,7 @@ class MassEstimates:
     first_order: FloatArray
     high_order: FloatArray
     estimates: tuple[Estimate, ...]
+    largest_damage: float = 1.0
 
     @property
     def damage_change(self) -> FloatArray:
@@ -124,6 +127,7 @@ def mass_estimates(
         first_order=np.array([0.0, *(e.first_order for e in found)]),
         high_order=np.array([0.0, *(e.high_order for e in found)]),
         estimates=found,
+        largest_damage=reference.sizing.limits.largest_damage,
     )
 
 
@@ -196,12 +200,12 @@ class CostMap:
         Over the heights by the polynomial through all of them, over the weights monotone (PCHIP),
         so that costs that fall with diminishing returns do so in between.
         """
-        from scipy.interpolate import BarycentricInterpolator, PchipInterpolator
+        from scipy.interpolate import KroghInterpolator, PchipInterpolator
 
         h = np.linspace(self.heights[0], self.heights[-1], count)
         c = np.linspace(self.weights[0], self.weights[-1], count)
         across = PchipInterpolator(self.weights, self.cost, axis=1)(c)
-        return h, c, np.asarray(BarycentricInterpolator(self.heights, across, axis=0)(h))
+        return h, c, np.asarray(KroghInterpolator(self.heights, across, axis=0)(h))
 
     def lowest(self, weight: float | None = None) -> tuple[float, float, float]:
         """Height, weight and cost of the lowest cost, at a weight or over all."""
@@ -235,13 +239,14 @@ def cost_estimates(
         [np.zeros((1, change.shape[1])), slope * change[first] / changes.weights[first]]
     )
     maps = []
+    limit = changes.largest_damage
     base = np.array([tower.mass for tower in solved.values()])
     energy = np.array([economics.energy(h, tower.load_set) for h, tower in solved.items()])
     prices = np.stack(
         [t.sizing.row_multipliers[t.sizing.rows.of("fatigue")] for t in solved.values()]
     )
     for damage in (linear, change):
-        mass = base[:, None] + prices @ damage.T
+        mass = base[:, None] + prices @ damage.T / limit
         constant = np.broadcast_to(energy[:, None], mass.shape)
         maps.append(
             CostMap(

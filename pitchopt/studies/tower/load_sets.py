@@ -23,6 +23,7 @@ import os
 import threading
 import time as clock
 import zipfile
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -232,7 +233,7 @@ class LoadSets:
             "source": self.reference.source,
             "rotor": [rotor.radius, rotor.tilt, rotor.cone, self.reference.rated_power],
             "settings": dataclasses.asdict(self.settings),
-            "height": design.hub_height,
+            "height": float(design.hub_height),
             "diameter": design.diameter.tolist(),
             "thickness": design.thickness.tolist(),
             "weight": float(tower_velocity),
@@ -348,8 +349,8 @@ class LoadSets:
                     largest_speed=float(file["largest_speed"]),
                     **{name: file[name] for name in _ARRAYS},
                 )
-        except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
-            return None  # damaged: made again and replaced
+        except _DAMAGED:
+            return None  # made again and replaced
 
     def _store(self, found: LoadSet) -> None:
         path = self._path(found.key)
@@ -374,6 +375,9 @@ class LoadSets:
 
 
 _ARRAYS = ("wind_speeds", "power", "power_deviation")
+_DAMAGED = (  # what numpy and zipfile raise on files that are cut, changed or of another kind
+    OSError, KeyError, ValueError, TypeError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
 
 
 class _Counter:

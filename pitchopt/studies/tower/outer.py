@@ -2,7 +2,7 @@
 
 Each evaluation is a sized tower, so the search keeps a quadratic model of all that it has seen: a
 weighted least-squares fit (weights fall with the squared distance from the best point), minimised
-exactly within a trust region and the box.  A step that gains less than a tenth of what the model
+on a grid of 201 points a variable within a trust region and the box.  A step that gains less than a tenth of what the model
 promised shrinks the region to half; the search ends when the model promises less than a tolerance
 twice in a row, or the region is small.
 """
@@ -67,7 +67,8 @@ def minimise_in_box(
     start, low, high : array_like (n,)
         Within the box.
     first_steps : array_like (n,)
-        Steps of the first design about the start, turned inward at the box.
+        Steps of the first design about the start, turned inward at the box; half of the box where
+        they are longer.
     tolerance : float
         On the gain a model promises, over the value at the start.
     evaluations : int
@@ -76,7 +77,8 @@ def minimise_in_box(
     Raises
     ------
     InputError
-        If shapes do not fit, the start is outside, or there are more than two variables.
+        If shapes do not fit, the start is outside, a step is not positive, or there are more than
+        two variables.
     """
     x0 = finite_array("start", start)
     lower = finite_array("low", low, shape=x0.shape)
@@ -90,8 +92,10 @@ def minimise_in_box(
         )
     finite_number("tolerance", tolerance, above=0.0)
     most = whole_number("evaluations", evaluations, at_least=2 * x0.size + 2)
+    if steps.min() <= 0.0:
+        raise InputError(f"first_steps: got {steps.tolist()}, expected positive numbers")
     half = 0.5 * (upper - lower)
-    points = _first_points(x0, lower, upper, steps)
+    points = _first_points(x0, lower, upper, np.minimum(steps, half))
     values = [function(point) for point in points]
     region, calm, iterations, converged = 0.5, 0, 0, False
     while len(values) < most:

@@ -24,6 +24,7 @@ _GEOMETRY = {
     "wall_step": "wall\nstep",
     "slenderness": "D / t",
     "least_wall": "least\nwall",
+    "largest_wall": "largest\nwall",
     "frequency": "frequency",
 }
 
