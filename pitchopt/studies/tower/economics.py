@@ -86,12 +86,12 @@ class Economics:
         return annual_energy(found.wind_speeds, found.power, site)
 
     def cost(self, hub_height: ArrayLike, mass: ArrayLike, energy: ArrayLike) -> FloatArray:
-        """Cost of energy [$/MWh] for hub heights [m], tower masses [kg] and energies [J]."""
-        return np.asarray(
-            self.model.cost_of_energy_per_mwh(
-                mass,
-                energy,
-                hub_height=np.asarray(hub_height, dtype=np.float64) if self.follow_height else None,
-                operating_energy=self.operating_energy,
-            )
+        """Cost of energy [$/MWh] for hub heights [m], tower masses [kg] and energies [J] (...)."""
+        height = np.asarray(hub_height, dtype=np.float64)
+        found = self.model.cost_of_energy_per_mwh(
+            mass,
+            energy,
+            hub_height=height if self.follow_height else None,
+            operating_energy=self.operating_energy,
         )
+        return np.broadcast_to(found, np.broadcast_shapes(found.shape, height.shape)).copy()

@@ -1,0 +1,212 @@
+"""Estimates from multipliers against closed forms, and against towers sized anew."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from tower_factories import SETTINGS, SLOPE, ClosedSets
+
+from pitchopt.errors import InputError
+from pitchopt.studies.tower import (
+    CostMap,
+    CostModel,
+    Economics,
+    TowerLimits,
+    Towers,
+    cost_estimates,
+    mass_estimates,
+    size_tower,
+    station_damage,
+    station_joints,
+)
+
+SOFT = TowerLimits(frequency_margin=None)
+WEIGHTS = np.array([0.0, 0.03, 0.1, 0.2, 0.3])
+
+
+@pytest.fixture(scope="module")
+def solved(turbine, weibull_loads):
+    """Towers, that of the reference height and c = 0, and its estimates."""
+    sets = ClosedSets(turbine, weibull_loads)
+    towers = Towers(sets, SOFT)
+    reference = towers.at(110.0, 0.0)
+    asked = len(sets.asked)
+    changes = mass_estimates(towers, reference, WEIGHTS, step=0.03)
+    return sets, towers, reference, changes, sets.asked[asked:]
+
+
+def powers(sets, weights):
+    """Damage over that at c = 0."""
+    return np.array([sets.controller(c) for c in weights]) ** SLOPE
+
+
+def price(tower):
+    """Sum of the multipliers of fatigue."""
+    return float(tower.sizing.multipliers.fatigue.sum())
+
+
+def test_damage_is_a_power_of_the_moment(solved):
+    sets, _, reference, changes, _ = solved
+    np.testing.assert_allclose(
+        changes.damage_change,
+        np.broadcast_to(powers(sets, WEIGHTS)[:, None] - 1.0, changes.damage.shape),
+        rtol=2e-4, atol=1e-12,
+    )  # fmt: skip
+    np.testing.assert_array_equal(
+        changes.damage[0], station_damage(reference.design, reference.load_set)
+    )
+
+
+def test_estimates_by_hand(solved):
+    """lambda dD summed over the joints; stations with a multiplier have a damage of one."""
+    sets, _, reference, changes, _ = solved
+    change = powers(sets, WEIGHTS) - 1.0
+    np.testing.assert_allclose(changes.high_order, price(reference) * change, rtol=3e-4, atol=1e-9)
+    np.testing.assert_allclose(
+        changes.first_order, price(reference) * WEIGHTS / 0.03 * change[1], rtol=3e-4, atol=1e-9
+    )
+    assert changes.high_order[0] == changes.first_order[0] == 0.0
+    assert changes.first_order[1] == pytest.approx(changes.high_order[1], rel=1e-9)
+
+
+def test_first_order_overstates_what_saturates(solved):
+    _, _, _, changes, _ = solved
+    assert np.all(changes.first_order[2:] < changes.high_order[2:])
+    assert np.all(changes.high_order[1:] < 0.0)
+
+
+def test_each_weight_takes_a_set_on_the_simulated_design(solved):
+    sets, towers, reference, changes, asked = solved
+    assert len(set(asked)) == len(asked) == WEIGHTS.size - 1
+    for weight, key in zip(WEIGHTS[1:], asked, strict=True):
+        assert sets.run(reference.simulated, float(weight)).key == key
+        assert key in towers.used
+    assert len(changes.estimates) == WEIGHTS.size - 1
+
+
+def test_joints_are_the_rows_of_fatigue(solved):
+    _, _, reference, changes, _ = solved
+    rows = reference.sizing.rows
+    place = rows.of("fatigue")
+    np.testing.assert_allclose(changes.joint_damage[0] - 1.0, rows.value[place], atol=1e-12)
+    worst = np.zeros(SETTINGS.stations)
+    for station, value in zip(rows.place[place], changes.joint_damage[0], strict=True):
+        worst[station] = max(worst[station], value)
+    np.testing.assert_array_equal(worst, changes.damage[0])
+    joints = station_joints(SETTINGS.stations, 10)
+    np.testing.assert_array_equal(joints.station, rows.place[place])
+
+
+def test_estimates_are_tangent_to_the_truth(turbine, weibull_loads, solved):
+    """The difference to towers sized anew falls with the square of the change."""
+    reference, price_ = solved[2], price(solved[2])
+    errors = []
+    for a in (0.08, 0.04, 0.02):
+        sets = ClosedSets(turbine, weibull_loads, a=a)
+        estimate = price_ * ((1.0 - 0.5 * a) ** SLOPE - 1.0)
+        truth = size_tower(110.0, sets.loads(1.0 - 0.5 * a), SOFT, turbine, reference.design)
+        assert truth.converged
+        errors.append(truth.mass - reference.mass - estimate)
+        assert abs(errors[-1]) < 1.5 * a * abs(estimate)
+    assert abs(errors[0]) > 3.0 * abs(errors[1]) > 8.0 * abs(errors[2])
+    # damage falls slower and slower with the walls: the truth saves more than the estimate
+    assert max(errors) < 0.0
+
+
+@pytest.mark.parametrize("limit", [1.0, 0.25])
+def test_cost_maps_by_hand(turbine, weibull_loads, limit):
+    """Equation (16): multipliers of the height, damage of the reference height."""
+    sets = ClosedSets(turbine, weibull_loads, lift=0.5, coupling=0.2)
+    towers = Towers(sets, dataclasses.replace(SOFT, largest_damage=limit))
+    solved = {h: towers.at(h, 0.0) for h in (99.0, 110.0, 121.0)}
+    reference = solved[110.0]
+    changes = mass_estimates(towers, reference, WEIGHTS, step=0.03)
+    economics = Economics(
+        model=CostModel(rated_power=3.37e6, rotor_diameter=130.0, hub_height=110.0),
+        settings=SETTINGS,
+        operating_energy=14e3 * 3.6e9,
+    )
+    first, high = cost_estimates(solved, changes, economics)
+    change = powers(sets, WEIGHTS) - 1.0
+    linear = WEIGHTS / 0.03 * change[1]
+    # active stations have a damage of the limit, so that lambda dD / limit is lambda (f^4 - 1)
+    for found, part in ((first, linear), (high, change)):
+        for k, (height, tower) in enumerate(solved.items()):
+            assert tower.sizing.limits.largest_damage == limit
+            kept = tower.sizing.row_multipliers[tower.sizing.rows.of("fatigue")]
+            expected = part * float(kept @ changes.joint_damage[0]) / limit
+            np.testing.assert_allclose(
+                found.mass[k] - tower.mass, expected, rtol=3e-4, atol=1e-6 * abs(tower.mass)
+            )
+            energy = float(economics.energy(height, tower.load_set))
+            np.testing.assert_array_equal(found.energy[k], energy)
+            np.testing.assert_allclose(
+                found.cost[k], economics.cost(height, found.mass[k], energy), rtol=1e-14
+            )
+        np.testing.assert_array_equal(found.heights, [99.0, 110.0, 121.0])
+        np.testing.assert_array_equal(found.weights, WEIGHTS)
+    np.testing.assert_allclose(high.mass[1] - reference.mass, changes.high_order, rtol=1e-8)
+    np.testing.assert_allclose(first.mass[1] - reference.mass, changes.first_order, rtol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("weights", "step"),
+    [
+        ([0.03, 0.1], 0.03),
+        ([0.0, 0.1, 0.1], 0.1),
+        ([0.0, 0.1, 0.05], 0.1),
+        ([0.0, 0.1, 0.2], 0.03),
+        ([0.0, np.nan, 0.2], 0.2),
+    ],
+)
+def test_bad_weights(solved, weights, step):
+    sets, towers, reference, *_ = solved
+    asked = len(sets.asked)
+    with pytest.raises(InputError, match="weights"):
+        mass_estimates(towers, reference, weights, step=step)
+    assert len(sets.asked) == asked
+
+
+def test_reference_of_another_weight(solved):
+    _, towers, reference, *_ = solved
+    other = dataclasses.replace(reference, tower_velocity=0.1)
+    with pytest.raises(InputError, match=r"reference: got one with c = 0\.1"):
+        mass_estimates(towers, other, WEIGHTS, step=0.03)
+
+
+HEIGHTS = np.array([99.0, 110.0, 121.0, 132.0])
+
+
+def cost_map(function):
+    cost = function(HEIGHTS[:, None], WEIGHTS)
+    return CostMap(
+        heights=HEIGHTS, weights=WEIGHTS, mass=cost, energy=np.ones_like(cost), cost=cost
+    )
+
+
+def test_map_between_its_points():
+    """A cubic of the height exactly; costs at the points themselves; monotone over the weight."""
+    made = cost_map(lambda h, c: 41.0 + 1e-5 * (h - 112.0) ** 3 + 2e-3 * (h - 109.0) ** 2 + 0.0 * c)
+    h, c, cost = made.fine(61)
+    np.testing.assert_allclose(h, np.linspace(99.0, 132.0, 61))
+    expected = 41.0 + 1e-5 * (h - 112.0) ** 3 + 2e-3 * (h - 109.0) ** 2
+    np.testing.assert_allclose(cost, np.broadcast_to(expected[:, None], cost.shape), rtol=1e-12)
+    falling = cost_map(lambda h, c: 41.0 - 0.2 * c / (c + 0.05) + 0.0 * h)
+    h, c, cost = falling.fine(31)
+    np.testing.assert_allclose(cost[::10, ::10][:, 2], falling.cost[:, 3], rtol=1e-14)  # c = 0.2
+    assert np.all(np.diff(cost, axis=1) < 0.0)
+    np.testing.assert_array_equal(cost, falling.fine(31)[2])
+
+
+def test_lowest_of_a_map():
+    made = cost_map(lambda h, c: 41.0 + 2e-3 * (h - 113.3) ** 2 - 0.1 * np.sqrt(c) + 0.0 * h)
+    height, weight, cost = made.lowest()
+    assert height == pytest.approx(113.3, abs=0.07)  # points are 0.1375 m apart
+    assert weight == 0.3
+    assert cost == pytest.approx(41.0 - 0.1 * np.sqrt(0.3), abs=1e-4)
+    for c in WEIGHTS[[0, 2, 3]]:
+        height, weight, cost = made.lowest(float(c))
+        assert weight == pytest.approx(c, abs=1e-12)
+        assert cost == pytest.approx(41.0 - 0.1 * np.sqrt(c), abs=2e-4)

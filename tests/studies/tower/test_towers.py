@@ -1,0 +1,89 @@
+"""Towers when they are asked for: starts, counts of sets, what was known."""
+
+from __future__ import annotations
+
+import pytest
+from tower_factories import ClosedSets
+
+from pitchopt.studies.tower import TowerLimits, Towers
+from pitchopt.studies.tower import towers as module
+
+SOFT = TowerLimits(frequency_margin=None)
+
+
+@pytest.fixture
+def sets(turbine, weibull_loads):
+    return ClosedSets(turbine, weibull_loads, coupling=0.4, lift=0.5)
+
+
+@pytest.fixture
+def starts(monkeypatch):
+    """Starts that `optimal_tower` was given."""
+    given = []
+    original = module.optimal_tower
+
+    def watched(*args, **options):
+        given.append(options["start"])
+        return original(*args, **options)
+
+    monkeypatch.setattr(module, "optimal_tower", watched)
+    return given
+
+
+def test_sets_are_counted_once(sets):
+    towers = Towers(sets, SOFT)
+    tower = towers.at(110.0, 0.0)
+    towers.at(110.0, 0.1)
+    assert set(towers.used) == set(sets.asked)
+    assert list(towers.used.values()) == [2.0] * sets.simulated
+    assert towers.seconds == pytest.approx(2.0 * sets.simulated + towers.sizing_seconds)
+    assert towers.sizing_seconds > 0.0
+    asked = len(sets.asked)
+    assert towers.at(110, 0) is tower
+    assert len(sets.asked) == asked
+    found = towers.loads_on(tower.simulated, 0.3)
+    assert found.key in towers.used
+    before = towers.seconds
+    assert towers.loads_on(tower.simulated, 0.3) is found
+    assert towers.seconds == before
+    assert set(towers.used) == set(sets.asked)
+
+
+def test_counts_of_two_are_their_own(sets):
+    """Sets that another made count as when none had been kept."""
+    first, second = Towers(sets, SOFT), Towers(sets, SOFT)
+    first.at(110.0, 0.1)
+    simulated = sets.simulated
+    second.at(110.0, 0.1)
+    assert sets.simulated == simulated
+    assert first.used == second.used
+
+
+def test_next_tower_starts_from_the_closest(sets, starts):
+    towers = Towers(sets, SOFT)
+    for place in ((110.0, 0.0), (121.0, 0.0), (110.0, 0.3), (119.0, 0.0), (110.0, 0.2)):
+        towers.at(*place)
+    expected = [None, (110.0, 0.0), (110.0, 0.0), (121.0, 0.0), (110.0, 0.3)]
+    for start, place in zip(starts, expected, strict=True):
+        assert start is (None if place is None else towers.at(*place).design)
+
+
+def test_known_towers_are_answers_and_cost_nothing(sets, starts):
+    solved = Towers(sets, SOFT).at(110.0, 0.0)
+    asked = len(sets.asked)
+    towers = Towers(sets, SOFT, known=(solved,))
+    assert towers.at(110.0, 0.0) is solved
+    assert towers.used == {}
+    assert towers.seconds == 0.0
+    assert len(sets.asked) == asked
+    towers.at(112.0, 0.0)
+    assert starts[-1] is solved.design
+    assert set(towers.used) == set(sets.asked[asked:])
+
+
+def test_rounds_are_told_with_their_place(sets):
+    told = []
+    towers = Towers(sets, SOFT, threshold=0.01, on_round=lambda *args: told.append(args))
+    tower = towers.at(115.0, 0.1)
+    assert told == [(115.0, 0.1, turn) for turn in tower.rounds]
+    assert tower.rounds[-1].change <= 0.01
