@@ -37,6 +37,7 @@ from pitchopt.errors import ComputationError, InputError
 from pitchopt.fatigue import bin_edges, rainflow, weibull_weights
 from pitchopt.sim import DynamicTurbine, Operation, Simulation, simulate_many
 from pitchopt.studies.simulation import SimulationSettings, WindCase, wind_cases
+from pitchopt.studies.simulation.winds import CLASSES
 from pitchopt.studies.tower.design import TowerDesign
 from pitchopt.studies.tower.energy import mean_wind_at
 from pitchopt.studies.tower.fatigue_loads import MOMENT_BINS, FatigueLoads, Weld, bin_places
@@ -104,6 +105,12 @@ class LoadSettings:
         whole_number("stations", self.stations, at_least=2)
         whole_number("axes", self.axes, at_least=1)
         bin_edges(self.wind_speeds)
+        finite_number("shear", self.shear, at_least=0.0, at_most=1.0)
+        if self.turbulence not in CLASSES and not _is_intensity(self.turbulence):
+            raise InputError(
+                f"turbulence: got {self.turbulence!r}, expected one of {', '.join(CLASSES)}, or an "
+                "intensity above 0 and at most 1: towers differ by cycles of the same turbulence"
+            )
         self.simulated  # noqa: B018  (raises what is wrong)
 
     @property
@@ -119,6 +126,13 @@ class LoadSettings:
             shear=self.shear,
             box_points=self.box_points,
         )
+
+
+def _is_intensity(text: str) -> bool:
+    try:
+        return 0.0 < float(text) <= 1.0
+    except ValueError:
+        return False
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -338,7 +352,7 @@ class LoadSets:
         if path is None or not path.is_file():
             return None
         try:
-            with np.load(path, allow_pickle=False) as file:
+            with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
                 if str(file["key"]) != key:
                     return None
                 return LoadSet(
