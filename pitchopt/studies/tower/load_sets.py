@@ -44,11 +44,11 @@ from pitchopt.studies.tower.fatigue_loads import MOMENT_BINS, FatigueLoads, Weld
 from pitchopt.turbines import Turbine
 from windfield import BoxCache, TurbulenceBox, TurbulentField
 
-__all__ = ["LoadSet", "LoadSets", "LoadSettings"]
+__all__ = ["LEAST_HUB", "LoadSet", "LoadSets", "LoadSettings"]
 
 FORMAT = 1  # to be raised whenever the same settings give other results
 _YEAR = 365.25 * 86400.0
-_LEAST_HUB = 60.0  # below, the turbulence's length scale follows the hub height [m]
+LEAST_HUB = 60.0  # below, the turbulence's length scale follows the hub height [m]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -270,7 +270,7 @@ class LoadSets:
             If a run diverged.
         """
         finite_number("tower_velocity", tower_velocity, at_least=0.0)
-        finite_number("hub_height", design.hub_height, at_least=_LEAST_HUB)
+        finite_number("hub_height", design.hub_height, at_least=LEAST_HUB)
         key = self.key(design, tower_velocity)
         if key not in self._kept:
             found = self._stored(key)

@@ -33,7 +33,7 @@ from pitchopt.studies.tower.estimates import (
 )
 from pitchopt.studies.tower.frozen_loads import OptimalTower, Round
 from pitchopt.studies.tower.limits import TowerLimits
-from pitchopt.studies.tower.load_sets import LoadSets, LoadSettings
+from pitchopt.studies.tower.load_sets import LEAST_HUB, LoadSets, LoadSettings
 from pitchopt.studies.tower.outer import OuterMinimum, minimise_in_box
 from pitchopt.studies.tower.towers import Towers
 
@@ -261,13 +261,19 @@ def run_tower_study(
     Raises
     ------
     InputError
-        If the sets have other settings.
+        If the sets have other settings, or a hub height is too low for them.
     ComputationError
         If a run diverges or a tower cannot be sized.
     """
     settings = TowerStudySettings() if settings is None else settings
     if sets.settings != settings.loads:
         raise InputError("sets: got load settings other than those of the study")
+    height = sets.reference.rotor.hub_height
+    if settings.height_factors[0] * height < LEAST_HUB:
+        raise InputError(
+            f"height_factors: got {settings.height_factors[0]:g} of {height:g} m, expected hub "
+            f"heights of at least {LEAST_HUB:g} m"
+        )
     began, simulated = clock.perf_counter(), sets.simulated
     parts = {}
     economics: Economics | None = None

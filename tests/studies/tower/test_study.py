@@ -206,6 +206,13 @@ def test_sets_of_other_settings(turbine, weibull_loads):
     assert sets.asked == []
 
 
+def test_heights_that_are_too_low_are_refused_at_once(turbine, weibull_loads):
+    sets = ClosedSets(turbine, weibull_loads)
+    with pytest.raises(InputError, match=r"height_factors: got 0\.5 of 110 m, expected .* 60 m"):
+        run_tower_study(sets, dataclasses.replace(SMALL, height_factors=(0.5, 1.0, 1.1)))
+    assert sets.asked == []
+
+
 def test_tower_that_cannot_be_made_ends_the_study(turbine, weibull_loads):
     with pytest.raises(ComputationError, match="no standard tower at a hub height of 110 m"):
         run_tower_study(ClosedSets(turbine, weibull_loads, base=64e6), SMALL)
