@@ -106,7 +106,7 @@ def _study_options(function: Any) -> Any:
                 default="both", show_default=True, help="Kept clear of 1P, or not.",
             ),
             click.option(
-                "--frequency-margin", type=Option("x", between(0, 0.9, "")), metavar="X",
+                "--frequency-margin", type=Option("x", between(0, 0.9, "-")), metavar="X",
                 default="0.15", show_default=True,
                 help="Of the standard tower: natural frequencies above 1P / (1 - X).",
             ),
@@ -115,7 +115,7 @@ def _study_options(function: Any) -> Any:
                 default="6", show_default=True, help="Outer diameter of the tower.",
             ),
             click.option(
-                "--slenderness", type=Option("x", positive(1000, "")), metavar="X",
+                "--slenderness", type=Option("x", positive(1000, "-")), metavar="X",
                 default="200", show_default=True, help="Largest diameter over wall.",
             ),
             click.option(
@@ -127,7 +127,7 @@ def _study_options(function: Any) -> Any:
                 help="Hub heights over the turbine's own.  [default: 0.9,1,1.1,1.2]",
             ),
             click.option(
-                "--threshold", type=Option("x", between(1e-5, 0.01, "")), metavar="X",
+                "--threshold", type=Option("x", between(1e-5, 0.01, "-")), metavar="X",
                 help="Change of any diameter or wall that calls for new loads.  [default: 0.002]",
             ),
             click.option(

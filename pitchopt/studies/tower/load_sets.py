@@ -99,7 +99,12 @@ class LoadSettings:
 
     def __post_init__(self) -> None:
         finite_number("duration", self.duration, above=0.0)
-        finite_number("skip", self.skip, at_least=0.0, at_most=0.5 * self.duration)
+        finite_number("skip", self.skip, at_least=0.0)
+        if self.skip > 0.5 * self.duration:
+            raise InputError(
+                f"duration, skip: got {self.duration:g} and {self.skip:g} s, expected runs at least "
+                "twice as long as what is left out of them"
+            )
         finite_number("mean_wind_speed", self.mean_wind_speed, above=0.0)
         finite_number("lifetime", self.lifetime, above=0.0)
         whole_number("stations", self.stations, at_least=2)
@@ -109,7 +114,7 @@ class LoadSettings:
         if self.turbulence not in CLASSES and not _is_intensity(self.turbulence):
             raise InputError(
                 f"turbulence: got {self.turbulence!r}, expected one of {', '.join(CLASSES)}, or an "
-                "intensity above 0 and at most 1: towers differ by cycles of the same turbulence"
+                "intensity above 0 and at most 1; the winds of a set come from seeds"
             )
         self.simulated  # noqa: B018  (raises what is wrong)
 
