@@ -113,7 +113,14 @@ def plot_tower_diameters(towers: Mapping[str, TowerLike], *, ax: Axes | None = N
     axes = axes_or_new(ax)
     for k, (name, tower) in enumerate(towers.items()):
         z = np.linspace(0.0, tower.length, tower.diameter.size)
-        axes.plot(tower.diameter, z, "o", ls=_LINES[k % 4], color=BLADE_COLOURS[k % len(BLADE_COLOURS)], label=name)
+        axes.plot(
+            tower.diameter,
+            z,
+            "o",
+            ls=_LINES[k % 4],
+            color=BLADE_COLOURS[k % len(BLADE_COLOURS)],
+            label=name,
+        )
     axes.set_xlabel("diameter [m]")
     axes.set_ylabel("height above base [m]")
     axes.legend(frameon=False)
@@ -155,16 +162,24 @@ def plot_multipliers(
     multipliers : mapping of str to array_like (N,)
         By tower; relative mass per unit of the constraint [-].
     labels : sequence of str
-        Of the N places; numbers without.
+        Of the N places; numbers without, every second of many.
     """
     axes = axes_or_new(ax)
     width = 0.8 / len(multipliers)
     for k, (name, given) in enumerate(multipliers.items()):
         values = np.asarray(given, dtype=np.float64)
         at = np.arange(values.size) + (k - 0.5 * (len(multipliers) - 1)) * width
-        axes.bar(at, values, width, color=BLADE_COLOURS[k % len(BLADE_COLOURS)], label=name, hatch="//" if k else None)
-        places = [str(n + 1) for n in range(values.size)] if labels is None else list(labels)
-        axes.set_xticks(np.arange(values.size), places, rotation=0 if labels is None else 30)
+        axes.bar(
+            at,
+            values,
+            width,
+            color=BLADE_COLOURS[k % len(BLADE_COLOURS)],
+            label=name,
+            hatch="//" if k else None,
+        )
+        every = np.arange(0, values.size, 1 if values.size <= 12 or labels is not None else 2)
+        places = [str(n + 1) for n in every] if labels is None else list(labels)
+        axes.set_xticks(every, places, fontsize=None if labels is None else 7)
     axes.set_ylabel("multiplier over mass [-]")
     axes.legend(frameon=False)
     light_grid(axes)

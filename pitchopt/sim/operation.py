@@ -421,7 +421,11 @@ class Operation:
             (ours, theirs, ("fine_pitch", "optimal_tip_speed_ratio", "drivetrain", "hub")),
             (ours, theirs, ("blade_structure", "cut_in_wind_speed", "cut_out_wind_speed")),
             (self.dynamic, dynamic, ("generator_inertia",)),
-            (ours.rotor, theirs.rotor, ("blade", "blades", "hub_radius", "tilt", "cone", "overhang")),
+            (
+                ours.rotor,
+                theirs.rotor,
+                ("blade", "blades", "hub_radius", "tilt", "cone", "overhang"),
+            ),
         )
         for mine, other, keys in parts:
             for key in keys:

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import csv
-import io
 import json
 import math
 import re
-import shutil
 
 import pytest
 
-from pitchopt.cli import main
-from pitchopt.cli.tower_command import _Shown
+from pitchopt.cli.tower_command import _QUICK_LOADS, _Shown
 from pitchopt.studies.tower import TowerStudySettings
 
 TINY = (
@@ -22,45 +18,22 @@ TINY = (
 )  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def boxes(tmp_path_factory):
-    return tmp_path_factory.mktemp("boxes")
-
-
 @pytest.fixture(autouse=True)
-def own_cache(boxes, monkeypatch):
+def own_cache(tmp_path_factory, monkeypatch):
     """No box of the tests in the user's cache folder; no bar on a slow machine."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(boxes))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.getbasetemp() / "boxes"))
     monkeypatch.setattr("pitchopt.cli.progress.DELAY", 1e6)
 
 
-@pytest.fixture(scope="module")
-def first(tmp_path_factory, boxes):
-    """Folder of a study, and what it wrote on standard output and error."""
-    folder = tmp_path_factory.mktemp("tower") / "here"
-    out, err = io.StringIO(), io.StringIO()
-    with (
-        pytest.MonkeyPatch.context() as patch,
-        contextlib.redirect_stdout(out),
-        contextlib.redirect_stderr(err),
-    ):
-        patch.setenv("XDG_CACHE_HOME", str(boxes))
-        patch.setattr("pitchopt.cli.progress.DELAY", 1e6)
-        assert main([*TINY, "--out", str(folder), "--json"]) == 0
-    return folder, out.getvalue(), err.getvalue()
-
-
-@pytest.fixture(scope="module")
-def document(first):
-    return json.loads(first[1], parse_constant=lambda word: pytest.fail(word))
-
-
 @pytest.fixture
-def nothing_runs(monkeypatch):
-    monkeypatch.setattr(
-        "pitchopt.studies.tower.load_sets.simulate_many",
-        lambda *_, **__: pytest.fail("simulated again"),
-    )
+def coarse(monkeypatch):
+    """Few stations, axes and points, which no option names."""
+    for name, value in (("stations", 5), ("axes", 2), ("box_points", 5)):
+        monkeypatch.setitem(_QUICK_LOADS, name, value)
+
+
+def nothing_runs(*_, **__):
+    pytest.fail("simulated again")
 
 
 def timeless(value):
@@ -73,17 +46,16 @@ def timeless(value):
     return [timeless(item) for item in value] if isinstance(value, list) else value
 
 
-def test_json_is_alone_on_standard_output(first, document):
-    folder, _, err = first
-    assert err == ""
-    assert json.loads((folder / "tower.json").read_text()) == document
+def finite(text):
+    """Document of a text; no number that JSON does not know."""
+    return json.loads(text, parse_constant=pytest.fail)
 
 
-def test_files(first, document):
-    folder = first[0]
+def check_files(folder, document):
     assert sorted(path.name for path in folder.iterdir()) == [
         "cost.png", "damage.png", "designs.png", "mass.png", "sets", "tower.csv", "tower.json",
     ]  # fmt: skip
+    assert finite((folder / "tower.json").read_text()) == document
     sets = list((folder / "sets").iterdir())
     assert all(path.name.endswith(".set.npz") for path in sets)
     assert len(sets) == document["sets_simulated"] > 10
@@ -94,7 +66,7 @@ def test_files(first, document):
     assert [float(row["ours"]) for row in rows] == [row["ours"] for row in document["tables"]]
 
 
-def test_document(document):
+def check_document(document):
     assert document["problem"] == "tower"
     assert document["settings"]["loads"]["wind_speeds"] == [9.0, 13.0]
     assert document["settings"]["loads"]["duration"] == 60.0
@@ -105,7 +77,7 @@ def test_document(document):
     assert part["maps"]["true"] is None
     estimates = part["estimates"]
     change = estimates["mean_damage_change"]
-    # the regulator damps the tower, and what a softer load saves
+    # the regulator damps the tower, and softer loads save mass
     assert 0.0 == change[0] > change[1] > change[2] > -0.6
     for key in ("first_order", "high_order", "true"):
         assert estimates[key][0] == 0.0
@@ -119,49 +91,61 @@ def test_document(document):
     assert all(math.isfinite(row["ours"]) for row in document["tables"])
 
 
-def test_study_is_taken_up_and_shown(first, document, run, nothing_runs):
-    folder = first[0]
-    done = run(*TINY, "--out", folder)
-    assert done.status == 0, done.err
-    again = json.loads((folder / "tower.json").read_text())
-    assert again["sets_simulated"] == 0
-    assert timeless(again) == timeless(document)
+def check_tables(text, document):
     part = document["configurations"]["soft-soft"]
     reference, estimates = part["reference"], part["estimates"]
-    assert f"soft-soft tower, hub 110 m, c = 0: {reference['mass'] / 1e3:.1f} t" in done.out
-    row = re.search(r"^0\.3 +(.*)$", done.out, re.MULTILINE)[1].split()
+    assert f"soft-soft tower, hub 110 m, c = 0: {reference['mass'] / 1e3:.1f} t" in text
+    row = re.search(r"^0\.3 +(.*)$", text, re.MULTILINE)[1].split()
     first_order, high, true = (
-        100.0 * estimates[key][2] / reference["mass"] for key in ("first_order", "high_order", "true")
+        100.0 * estimates[key][2] / reference["mass"]
+        for key in ("first_order", "high_order", "true")
     )
     expected = [100.0 * estimates["mean_damage_change"][2], first_order, high, true,
                 first_order - true, high - true]  # fmt: skip
     assert [float(cell) for cell in row] == pytest.approx(expected, abs=0.0051)
-    assert re.search(r"^2 +soft-soft +tower mass, without +t +311\.330 +\d+\.\d+$", done.out, re.M)
-    assert re.search(r"^1 +soft-soft +change of cost, high-order +% +-0\.45 +-\d", done.out, re.M)
-    assert re.search(r"assumptions at c = 0\.3\n  A1 linearity: (holds|broken); ", done.out)
-    assert re.search(r"^6 files in .*here/, [\d.]+ s$", done.out, re.MULTILINE)
+    for line in (
+        r"^2 +soft-soft +tower mass, without +t +311\.330 +\d+\.\d+$",
+        r"^1 +soft-soft +change of cost, high-order +% +-0\.45 +-\d",
+    ):
+        assert re.search(line, text, re.MULTILINE)
+    assert re.search(r"assumptions at c = 0\.3\n  A1 linearity: (holds|broken); ", text)
+    assert re.search(r"^6 files in here/, [\d.]+ s$", text, re.MULTILINE)
 
 
-def test_sets_of_another_folder_and_no_files(first, document, run, tmp_path, nothing_runs):
-    done = run(*TINY, "--sets", first[0] / "sets", "--json")
+def test_study_and_what_takes_it_up(run, tmp_path, coarse, monkeypatch):
+    """One study, made once: files, document, tables, and its sets used again."""
+    done = run(*TINY, "--out", "here", "--json")
     assert done.status == 0, done.err
     assert done.err == ""
-    assert timeless(json.loads(done.out)) == timeless(document)
-    assert list(tmp_path.iterdir()) == []
+    document = finite(done.out)
+    check_files(tmp_path / "here", document)
+    check_document(document)
 
-
-def test_damaged_set_alone_is_simulated(first, document, run, tmp_path):
-    sets = tmp_path / "sets"
-    shutil.copytree(first[0] / "sets", sets)
-    one = sorted(sets.iterdir())[3]
-    data = one.read_bytes()
-    one.write_bytes(data[: len(data) // 2])
-    done = run(*TINY, "--sets", sets, "--json")
+    sets = tmp_path / "here" / "sets"
+    path = sorted(sets.iterdir())[3]
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) // 2])
+    done = run(*TINY, "--sets", sets, "--json")  # the damaged set alone is simulated
     assert done.status == 0, done.err
-    found = json.loads(done.out)
+    found = finite(done.out)
     assert found["sets_simulated"] == 1
     assert timeless(found) == timeless(document)
-    assert one.stat().st_size == pytest.approx(len(data), rel=0.01)
+    assert [p.name for p in tmp_path.iterdir()] == ["here"]
+
+    monkeypatch.setattr("pitchopt.studies.tower.load_sets.simulate_many", nothing_runs)
+    done = run(*TINY, "--out", "here")
+    assert done.status == 0, done.err
+    again = finite((tmp_path / "here" / "tower.json").read_text())
+    assert again["sets_simulated"] == 0
+    assert timeless(again) == timeless(document)
+    check_tables(done.out, document)
+
+    # no tower of this diameter carries the loads: one line, no traceback
+    done = run(*TINY, "--sets", sets, "--json", "--largest-diameter", "3.1")
+    assert done.status not in (0, 2)
+    assert done.out == ""
+    assert re.fullmatch(r"pitchopt[^\n]*\n", done.err), done.err
+    assert "no soft-soft tower at a hub height of 110 m with c = 0" in done.err
 
 
 @pytest.mark.parametrize("true_map", [True, False])
@@ -214,22 +198,14 @@ def test_progress_counts_every_phase(true_map):
         (("--out", "/dev/null"), "--out"),
     ],
 )
-def test_bad_input(run, tmp_path, nothing_runs, options, words):
+def test_bad_input(run, tmp_path, monkeypatch, options, words):
+    monkeypatch.setattr("pitchopt.studies.tower.load_sets.simulate_many", nothing_runs)
     done = run("tower", "--quick", "--json", *options)
     assert done.status == 2, done.err
     assert done.out == ""
     assert re.fullmatch(r"pitchopt[^\n]*\n", done.err), done.err
     assert words in done.err
     assert list(tmp_path.iterdir()) == []
-
-
-def test_tower_that_cannot_be_made(run, first):
-    """No tower of this slenderness carries the loads: one line, no traceback."""
-    done = run(*TINY, "--sets", first[0] / "sets", "--json", "--largest-diameter", "3.1")
-    assert done.status not in (0, 2)
-    assert done.out == ""
-    assert re.fullmatch(r"pitchopt[^\n]*\n", done.err), done.err
-    assert "no soft-soft tower at a hub height of 110 m with c = 0" in done.err
 
 
 def test_help(run):

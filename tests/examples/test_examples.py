@@ -59,6 +59,7 @@ WRITES = {
         "27_c5_active_set.png",
     ],
     "28_sensitivity_design": ["28_curves.png", "28_sensitivity.csv", "28_sensitivity.png"],
+    "29_tower": ["29_tower.png"],
 }
 NEEDS = {"26_dask_cluster": "distributed"}
 

@@ -111,6 +111,12 @@ def test_multipliers(axes, labels):
     assert [t.get_text() for t in axes.get_xticklabels()] == (labels or ["1", "2", "3"])
 
 
+def test_every_second_of_many_places_has_a_number(axes):
+    plot_multipliers({"one": np.ones(19)}, ax=axes)
+    assert [t.get_text() for t in axes.get_xticklabels()] == [str(n) for n in range(1, 20, 2)]
+    np.testing.assert_array_equal(axes.get_xticks(), np.arange(0, 19, 2))
+
+
 @pytest.mark.parametrize("known", [True, False])
 def test_mass_change(axes, known):
     first, high, truth = -1e3 * WEIGHTS, -800.0 * WEIGHTS, -900.0 * WEIGHTS
@@ -159,8 +165,8 @@ def test_cost_map(axes):
     ],
 )
 def test_axes_of_their_own(draw):
-    from matplotlib import pyplot
+    from matplotlib import pyplot as plt
 
     axes = draw()
     assert axes.figure.axes == [axes]
-    pyplot.close(axes.figure)
+    plt.close(axes.figure)

@@ -127,8 +127,6 @@ def test_another_inertia_is_refused(operation, taller):
     )
     with pytest.raises(InputError, match="its blade_structure is another"):
         operation.on(DynamicTurbine(turbine=dataclasses.replace(turbine, blade_structure=blade)))
-    heavier = DynamicTurbine(
-        turbine=turbine, generator_inertia=1.5 * taller.generator_inertia
-    )
+    heavier = DynamicTurbine(turbine=turbine, generator_inertia=1.5 * taller.generator_inertia)
     with pytest.raises(InputError, match="its generator_inertia is another"):
         operation.on(heavier)

@@ -102,8 +102,8 @@ class LoadSettings:
         finite_number("skip", self.skip, at_least=0.0)
         if self.skip > 0.5 * self.duration:
             raise InputError(
-                f"duration, skip: got {self.duration:g} and {self.skip:g} s, expected runs at least "
-                "twice as long as what is left out of them"
+                f"duration, skip: got {self.duration:g} and {self.skip:g} s, expected runs "
+                "at least twice as long as what is left out of them"
             )
         finite_number("mean_wind_speed", self.mean_wind_speed, above=0.0)
         finite_number("lifetime", self.lifetime, above=0.0)
@@ -395,8 +395,15 @@ class LoadSets:
 
 _ARRAYS = ("wind_speeds", "power", "power_deviation")
 _DAMAGED = (  # what numpy and zipfile raise on files that are cut, changed or of another kind
-    OSError, KeyError, ValueError, TypeError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error,
-)  # fmt: skip
+    OSError,
+    KeyError,
+    ValueError,
+    TypeError,
+    EOFError,
+    RuntimeError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
 
 
 class _Counter:

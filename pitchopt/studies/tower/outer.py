@@ -2,9 +2,9 @@
 
 Each evaluation is a sized tower, so the search keeps a quadratic model of all that it has seen: a
 weighted least-squares fit (weights fall with the squared distance from the best point), minimised
-on a grid of 201 points a variable within a trust region and the box.  A step that gains less than a tenth of what the model
-promised shrinks the region to half; the search ends when the model promises less than a tolerance
-twice in a row, or the region is small.
+on a grid of 201 points a variable within a trust region and the box.  A step that gains less than
+a tenth of what the model promised shrinks the region to half; the search ends when the model
+promises less than a tolerance twice in a row, or the region is small.
 """
 
 from __future__ import annotations

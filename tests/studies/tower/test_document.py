@@ -36,9 +36,7 @@ def study(turbine, weibull_loads):
 @pytest.fixture(scope="module")
 def document(study):
     """As a reader of the file has it; no number that JSON does not know."""
-    return json.loads(
-        document_text(tower_document(study)), parse_constant=lambda word: pytest.fail(word)
-    )
+    return json.loads(document_text(tower_document(study)), parse_constant=pytest.fail)
 
 
 def numbers(value):

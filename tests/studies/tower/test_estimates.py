@@ -189,12 +189,12 @@ def cost_map(function):
 def test_map_between_its_points():
     """A cubic of the height exactly; costs at the points themselves; monotone over the weight."""
     made = cost_map(lambda h, c: 41.0 + 1e-5 * (h - 112.0) ** 3 + 2e-3 * (h - 109.0) ** 2 + 0.0 * c)
-    h, c, cost = made.fine(61)
+    h, _, cost = made.fine(61)
     np.testing.assert_allclose(h, np.linspace(99.0, 132.0, 61))
     expected = 41.0 + 1e-5 * (h - 112.0) ** 3 + 2e-3 * (h - 109.0) ** 2
     np.testing.assert_allclose(cost, np.broadcast_to(expected[:, None], cost.shape), rtol=1e-12)
     falling = cost_map(lambda h, c: 41.0 - 0.2 * c / (c + 0.05) + 0.0 * h)
-    h, c, cost = falling.fine(31)
+    _, _, cost = falling.fine(31)
     np.testing.assert_allclose(cost[::10, ::10][:, 2], falling.cost[:, 3], rtol=1e-14)  # c = 0.2
     assert np.all(np.diff(cost, axis=1) < 0.0)
     np.testing.assert_array_equal(cost, falling.fine(31)[2])

@@ -75,9 +75,7 @@ def test_fixed_point_to_a_millionth(sets, fine, coupling):
 def test_threshold(sets, threshold):
     told = []
     made = sets(coupling=0.8)
-    found = optimal_tower(
-        made, SOFT, 110.0, 0.0, threshold=threshold, on_round=told.append
-    )
+    found = optimal_tower(made, SOFT, 110.0, 0.0, threshold=threshold, on_round=told.append)
     changes = [turn.change for turn in found.rounds]
     assert found.converged
     assert changes[-1] <= threshold < min(changes[:-1])
@@ -122,12 +120,12 @@ def test_iteration_that_does_not_contract_is_told(sets):
 def test_start(sets, turbine):
     """From its own answer one set suffices; a start of another height is taken at the asked one."""
     first = optimal_tower(sets(coupling=0.5), SOFT, 110.0, 0.0, threshold=0.001)
-    again = optimal_tower(
-        sets(coupling=0.5), SOFT, 110.0, 0.0, threshold=0.002, start=first.design
-    )
+    again = optimal_tower(sets(coupling=0.5), SOFT, 110.0, 0.0, threshold=0.002, start=first.design)
     assert len(again.rounds) == 1
     assert again.mass == pytest.approx(first.mass, rel=0.002)
-    higher = optimal_tower(sets(coupling=0.5), SOFT, 115.0, 0.0, threshold=0.001, start=first.design)
+    higher = optimal_tower(
+        sets(coupling=0.5), SOFT, 115.0, 0.0, threshold=0.001, start=first.design
+    )
     assert higher.hub_height == higher.design.hub_height == higher.simulated.hub_height == 115.0
     alone = optimal_tower(sets(coupling=0.5), SOFT, 115.0, 0.0, threshold=0.001)
     assert higher.mass == pytest.approx(alone.mass, rel=0.005)
@@ -135,13 +133,12 @@ def test_start(sets, turbine):
 
 def test_tower_that_cannot_be_made(sets):
     with pytest.raises(
-        ComputationError, match=r"no soft-soft tower at a hub height of 110 m with c = 0\.1: .*missed: largest_dia"
+        ComputationError,
+        match=r"no soft-soft tower at a hub height of 110 m with c = 0\.1: .*missed: largest_dia",
     ):
         optimal_tower(sets(base=64e6), SOFT, 110.0, 0.1)
-    with pytest.raises(ComputationError, match="no standard tower .*frequency"):
-        optimal_tower(
-            sets(), TowerLimits(frequency_margin=0.6), 110.0, 0.0
-        )
+    with pytest.raises(ComputationError, match=r"no standard tower .*frequency"):
+        optimal_tower(sets(), TowerLimits(frequency_margin=0.6), 110.0, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -19,13 +19,10 @@ from pitchopt.sim import DynamicTurbine, simulate
 from pitchopt.studies.simulation import wind_cases
 from pitchopt.studies.tower import (
     MOMENT_BINS,
-    FatigueLoads,
     LoadSet,
     LoadSets,
     LoadSettings,
-    TowerDesign,
     Weld,
-    bin_places,
     scaled_start,
     station_joints,
 )
@@ -115,9 +112,12 @@ def test_cycles_are_those_counted_directly(memory, direct):
             for a in range(4):
                 series = math.cos(a * math.pi / 4.0) * y + math.sin(a * math.pi / 4.0) * x
                 cycles = rainflow(series)
-                expected[s, a] += factor * np.histogram(
-                    np.maximum(cycles.ranges, MOMENT_BINS[0]), edges, weights=cycles.counts
-                )[0]
+                expected[s, a] += (
+                    factor
+                    * np.histogram(
+                        np.maximum(cycles.ranges, MOMENT_BINS[0]), edges, weights=cycles.counts
+                    )[0]
+                )
     np.testing.assert_allclose(found.loads.cycles, expected, rtol=1e-10, atol=1e-6)
     assert found.loads.cycles.sum() > 1e6
 
@@ -353,7 +353,11 @@ def test_no_changed_byte_is_taken_for_a_result(make, design, folder, stored):
     (path,) = folder.iterdir()
     data = path.read_bytes()
     rng = np.random.default_rng(3)
-    places = {*rng.integers(0, len(data), 150).tolist(), *range(0, 60), *range(len(data) - 60, len(data))}
+    places = {
+        *rng.integers(0, len(data), 150).tolist(),
+        *range(60),
+        *range(len(data) - 60, len(data)),
+    }
     refused = 0
     for place in sorted(places):
         path.write_bytes(data[:place] + bytes([data[place] ^ 0x55]) + data[place + 1 :])
@@ -365,7 +369,9 @@ def test_no_changed_byte_is_taken_for_a_result(make, design, folder, stored):
     assert refused > 100
 
 
-@pytest.mark.parametrize("change", [{"key": "0" * 64}, {"cycles": np.zeros((5, 4, 3))}, {"power": None}])
+@pytest.mark.parametrize(
+    "change", [{"key": "0" * 64}, {"cycles": np.zeros((5, 4, 3))}, {"power": None}]
+)
 def test_foreign_set_under_its_name_is_replaced(make, design, folder, stored, change):
     (path,) = folder.iterdir()
     with np.load(path) as file:

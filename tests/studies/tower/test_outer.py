@@ -115,7 +115,7 @@ def test_narrow_box_has_three_different_points(start):
 
 def test_search_ends_at_the_largest_number_of_evaluations():
     rng = np.random.default_rng(1)
-    call, seen = counted(lambda x: 1.0 + 0.1 * float(rng.random()))
+    call, seen = counted(lambda _: 1.0 + 0.1 * float(rng.random()))
     found = minimise_in_box(call, [1.0, 0.0], LOW, HIGH, first_steps=STEPS, evaluations=8)
     assert len(seen) <= 8
     assert found.value == found.values.min()

@@ -52,7 +52,9 @@ def part(request, done):
 
 def test_phases_in_their_order(done):
     assert list(done[2]) == [(name, what) for name in ("standard", "soft-soft") for what in PHASES]
-    assert all(height in {99.0, 110.0, 121.0, 132.0} or 99.0 < height < 132.0 for height, _ in done[3])
+    assert all(
+        height in {99.0, 110.0, 121.0, 132.0} or 99.0 < height < 132.0 for height, _ in done[3]
+    )
 
 
 def test_truth_is_sized_for_its_own_loads(done, part, turbine):
