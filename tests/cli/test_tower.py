@@ -9,11 +9,11 @@ import re
 
 import pytest
 
-from pitchopt.cli.tower_command import _QUICK_LOADS, _Shown
+from pitchopt.cli.tower_command import _Shown
 from pitchopt.studies.tower import TowerStudySettings
 
 TINY = (
-    "tower", "--quick", "--wind-speeds", "9,13", "--seeds", "1", "--duration", "60",
+    "tower", "--quick", "--wind-speeds", "7,13", "--seeds", "1", "--duration", "60",
     "--configuration", "soft-soft", "--heights", "0.9,1,1.1", "--workers", "1",
 )  # fmt: skip
 
@@ -23,13 +23,6 @@ def own_cache(tmp_path_factory, monkeypatch):
     """No box of the tests in the user's cache folder; no bar on a slow machine."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.getbasetemp() / "boxes"))
     monkeypatch.setattr("pitchopt.cli.progress.DELAY", 1e6)
-
-
-@pytest.fixture
-def coarse(monkeypatch):
-    """Few stations, axes and points, which no option names."""
-    for name, value in (("stations", 5), ("axes", 2), ("box_points", 5)):
-        monkeypatch.setitem(_QUICK_LOADS, name, value)
 
 
 def nothing_runs(*_, **__):
@@ -68,7 +61,7 @@ def check_files(folder, document):
 
 def check_document(document):
     assert document["problem"] == "tower"
-    assert document["settings"]["loads"]["wind_speeds"] == [9.0, 13.0]
+    assert document["settings"]["loads"]["wind_speeds"] == [7.0, 13.0]
     assert document["settings"]["loads"]["duration"] == 60.0
     assert document["settings"]["weights"] == [0.0, 0.03, 0.3]
     assert document["settings"]["step"] == 0.03
@@ -112,7 +105,7 @@ def check_tables(text, document):
     assert re.search(r"^6 files in here/, [\d.]+ s$", text, re.MULTILINE)
 
 
-def test_study_and_what_takes_it_up(run, tmp_path, coarse, monkeypatch):
+def test_study_and_what_takes_it_up(run, tmp_path, monkeypatch):
     """One study, made once: files, document, tables, and its sets used again."""
     done = run(*TINY, "--out", "here", "--json")
     assert done.status == 0, done.err
