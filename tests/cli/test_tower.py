@@ -105,6 +105,7 @@ def check_tables(text, document):
     assert re.search(r"^6 files in here/, [\d.]+ s$", text, re.MULTILINE)
 
 
+@pytest.mark.slow
 def test_study_and_what_takes_it_up(run, tmp_path, monkeypatch):
     """One study, made once: files, document, tables, and its sets used again."""
     done = run(*TINY, "--out", "here", "--json")
