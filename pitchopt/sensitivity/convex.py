@@ -10,8 +10,8 @@ Signs and bounds that are attributes of variables are constraints without duals.
 functions are smooth, their multipliers follow from stationarity: what is left of grad_x L at a
 variable that is at its bound.
 
-Everything of the problem's that is changed for an evaluation (values of variables, parameters and
-duals) is put back before the call returns.
+Everything of the problem's that is changed for an evaluation (values of variables and parameters)
+is put back before the call returns.
 """
 
 from __future__ import annotations
@@ -174,15 +174,9 @@ class ConvexModel:
         return Slope(float(found.value[0]), found.value[1:], found.error, found.step)
 
     def unmet(self, c: NDArray[np.float64], tolerance: float) -> Unmet | None:
-        """By one elastic feasibility problem; values and duals are put back."""
-        duals = [v for con in self._problem.constraints for v in con.dual_variables]
-        saved = [v._value for v in duals]
+        """By one elastic feasibility problem of constraints of its own; values are put back."""
         with self._at(c, None):
-            try:
-                return unmet_convex(self._problem, self._pieces, tolerance)
-            finally:
-                for variable, value in zip(duals, saved, strict=True):
-                    variable._value = value
+            return unmet_convex(self._problem, self._pieces, tolerance)
 
     # -- inside ---------------------------------------------------------------------------------
 

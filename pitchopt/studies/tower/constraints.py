@@ -127,6 +127,11 @@ class Rows:
     implied: NDArray[np.bool_]
     sizes: tuple[int, ...]
 
+    @property
+    def names(self) -> list[str]:
+        """Group and place of the rows."""
+        return [f"{_GROUPS[g]}[{p}]" for g, p in zip(self.group, self.place, strict=True)]
+
     def of(self, name: str) -> NDArray[np.intp]:
         """Rows of a group."""
         return np.flatnonzero(self.group == _GROUPS.index(name))

@@ -27,8 +27,8 @@ from numpy.typing import ArrayLike
 from pitchopt.checks import FloatArray, finite_array
 from pitchopt.errors import InputError
 from pitchopt.sensitivity import Estimate, PostOptimum
-from pitchopt.studies.tower.constraints import tower_constraints
-from pitchopt.studies.tower.design import TowerDesign, station_joints
+from pitchopt.studies.tower.constraints import Rows, constraint_rows
+from pitchopt.studies.tower.design import Joints, TowerDesign, station_joints
 from pitchopt.studies.tower.economics import Economics
 from pitchopt.studies.tower.frozen_loads import OptimalTower
 from pitchopt.studies.tower.load_sets import LoadSet
@@ -39,11 +39,15 @@ __all__ = ["CostMap", "MassEstimates", "cost_estimates", "mass_estimates", "stat
 
 def station_damage(design: TowerDesign, found: LoadSet) -> FloatArray:
     """Lifetime damage (S,) of a design under the loads of a set; the worse of a node's two."""
-    joints = station_joints(found.loads.stations, design.elements)
-    values = found.loads.damage(joints, *design.joint_sections(joints)).value
+    joints, values = _joint_damage(design, found)
     worst = np.zeros(found.loads.stations)
     np.maximum.at(worst, joints.station, values)
     return worst
+
+
+def _joint_damage(design: TowerDesign, found: LoadSet) -> tuple[Joints, FloatArray]:
+    joints = station_joints(found.loads.stations, design.elements)
+    return joints, found.loads.damage(joints, *design.joint_sections(joints)).value
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -55,7 +59,9 @@ class MassEstimates:
     weights : ndarray (K,)
         c, 0 first [s^2/m^2].
     damage : ndarray (K, S)
-        Of the frozen design [-].
+        Of the frozen design at the stations, at a node the worse of its two elements' [-].
+    joint_damage : ndarray (K, P)
+        At the joints, in the order of the sizing's fatigue rows.
     first_order, high_order : ndarray (K,)
         Changes of the mass [kg].
     estimates : tuple of Estimate
@@ -64,6 +70,7 @@ class MassEstimates:
 
     weights: FloatArray
     damage: FloatArray
+    joint_damage: FloatArray
     first_order: FloatArray
     high_order: FloatArray
     estimates: tuple[Estimate, ...]
@@ -109,9 +116,11 @@ def mass_estimates(
         sets[weight] = towers.loads_on(reference.simulated, weight)
     optimum = _post_optimum(reference, sets, step)
     found = tuple(optimum.estimate(weight) for weight in values[1:])
+    every = [sets[c] for c in values.tolist()]
     return MassEstimates(
         weights=values,
-        damage=np.stack([station_damage(reference.design, sets[c]) for c in values.tolist()]),
+        damage=np.stack([station_damage(reference.design, part) for part in every]),
+        joint_damage=np.stack([_joint_damage(reference.design, part)[1] for part in every]),
         first_order=np.array([0.0, *(e.first_order for e in found)]),
         high_order=np.array([0.0, *(e.high_order for e in found)]),
         estimates=found,
@@ -133,21 +142,26 @@ def _post_optimum(
             reference=design.reference,
         )
 
-    def mass(x: FloatArray, c: float) -> float:  # noqa: ARG001  the mass does not depend on c
-        return at(x).mass
+    def rows(x: FloatArray, c: float) -> Rows:
+        return constraint_rows(at(x), sets[float(c)].loads, limits)
 
-    def limited(x: FloatArray, c: float) -> FloatArray:
-        groups = tower_constraints(at(x), sets[float(c)].loads, limits)
-        return np.concatenate([values for _, values in groups.items()])
+    def gradients(x: FloatArray, c: float) -> tuple[FloatArray, FloatArray]:
+        found = rows(x, c)
+        part = at(x).element_masses
+        ends = part / (x[: nodes - 1] + x[1:nodes])  # of either end of an element
+        by_diameter = np.concatenate([ends, [0.0]]) + np.concatenate([[0.0], ends])
+        mass = np.concatenate([by_diameter, part / x[nodes:]])
+        return mass, found.rate[:, None] * found.jacobian / x
 
-    parts = list(reference.sizing.multipliers.items())
+    sizing = reference.sizing
     return PostOptimum.from_functions(
-        mass,
-        limited,
+        lambda x, c: at(x).mass,  # noqa: ARG005  the mass does not depend on c
+        lambda x, c: rows(x, c).value,
         x=np.concatenate([design.diameter, design.thickness]),
         c=0.0,
-        multipliers=np.concatenate([values for _, values in parts]),
-        names=[f"{name}[{k}]" for name, values in parts for k in range(values.size)],
+        multipliers=sizing.row_multipliers,
+        names=sizing.rows.names,
+        x_gradients=gradients,
         step=step,
     )
 
@@ -214,7 +228,7 @@ def cost_estimates(
     """
     heights = np.array(list(solved))
     slope = changes.weights[1:, None]
-    change = changes.damage - changes.damage[0]
+    change = changes.joint_damage - changes.joint_damage[0]
     steps = [e.step for e in changes.estimates]
     first = int(np.flatnonzero(changes.weights == steps[0])[0])
     linear = np.concatenate(
@@ -223,7 +237,9 @@ def cost_estimates(
     maps = []
     base = np.array([tower.mass for tower in solved.values()])
     energy = np.array([economics.energy(h, tower.load_set) for h, tower in solved.items()])
-    prices = np.stack([tower.sizing.multipliers.fatigue for tower in solved.values()])
+    prices = np.stack(
+        [t.sizing.row_multipliers[t.sizing.rows.of("fatigue")] for t in solved.values()]
+    )
     for damage in (linear, change):
         mass = base[:, None] + prices @ damage.T
         constant = np.broadcast_to(energy[:, None], mass.shape)

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pitchopt.checks import finite_number, whole_number
+from pitchopt.checks import FloatArray, finite_number, whole_number
 from pitchopt.errors import InputError
-from pitchopt.studies.tower.constraints import TowerConstraints
+from pitchopt.studies.tower.constraints import Rows, TowerConstraints
 from pitchopt.studies.tower.design import TowerDesign
 from pitchopt.studies.tower.fatigue_loads import FatigueLoads
 from pitchopt.studies.tower.frequencies import Frequencies
@@ -52,6 +52,10 @@ class Sizing:
     error : float
         Largest of violation, stationarity of ln m and complementarity [-].
     limits : TowerLimits
+    rows : Rows
+        All constraints one by one; a place of a group may have several.
+    row_multipliers : ndarray (R,)
+        Of the rows [kg].
     """
 
     design: TowerDesign
@@ -65,6 +69,8 @@ class Sizing:
     frequencies: Frequencies
     error: float
     limits: TowerLimits
+    rows: Rows
+    row_multipliers: FloatArray
 
     @property
     def converged(self) -> bool:
@@ -163,6 +169,9 @@ def size_tower(
     found = lightest(first, loads, limits, tolerance=tolerance, most=most)
     rows, mass = found.rows, found.design.mass
     values = rows.gather(rows.value, add=False)
+    # m = exp(ln m), and dg = (dg/dc) dc
+    prices = np.asarray(found.multipliers * mass / rows.rate)
+    prices.setflags(write=False)
     return Sizing(
         design=found.design,
         mass=mass,
@@ -171,11 +180,12 @@ def size_tower(
         iterations=found.steps,
         seconds=time.perf_counter() - begun,
         constraints=values,
-        # m = exp(ln m), and dg = (dg/dc) dc
-        multipliers=rows.gather(found.multipliers * mass / rows.rate, add=True),
+        multipliers=rows.gather(prices, add=True),
         frequencies=found.frequencies,
         error=found.error,
         limits=limits,
+        rows=rows,
+        row_multipliers=prices,
     )
 
 

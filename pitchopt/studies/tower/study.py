@@ -145,7 +145,8 @@ class CoDesign:
     cost : float
         [$/MWh].
     search : OuterMinimum
-        Over hub height, or over hub height and weight.
+        Over the hub height's factor, or over that and the root of the weight's share of the
+        largest.
     """
 
     tower: OptimalTower
@@ -367,16 +368,18 @@ class _Configuration:
     def _search(self, economics: Economics, *, with_weight: bool) -> tuple[CoDesign, Effort]:
         """Outer search from the reference height and c = 0, on towers of its own.
 
-        Only the reference's design is known to it, as the first start.
+        The weight is searched over the root of its share of the largest, in which costs that fall
+        with diminishing returns are closer to a parabola.
         """
         towers = self._towers()
         factors, weights = self.settings.height_factors, self.settings.weights
         low, high, steps = [factors[0]], [factors[-1]], [0.05]
         if with_weight:
-            low, high, steps = [*low, 0.0], [*high, weights[-1]], [*steps, 0.5 * weights[-1]]
+            low, high, steps = [*low, 0.0], [*high, 1.0], [*steps, 0.5]
 
         def place(x: FloatArray) -> tuple[float, float]:
-            return self.height * float(x[0]), float(x[1]) if with_weight else 0.0
+            weight = weights[-1] * float(x[1]) ** 2 if with_weight else 0.0
+            return self.height * float(x[0]), weight
 
         def cost(x: FloatArray) -> float:
             tower = towers.at(*place(x))
