@@ -10,6 +10,7 @@ import click
 from pitchopt.cli.design_command import goal_options
 from pitchopt.cli.options import case_options, json_option, output_options, search_options
 from pitchopt.cli.sensitivity_design import run_design, step_options
+from pitchopt.cli.sensitivity_quadratic import run_quadratic
 
 __all__ = ["command"]
 
@@ -19,6 +20,7 @@ Examples:
   pitchopt sensitivity --case nrel-5mw --wind-speed 15 --mu 3 --rate-step 2deg/s
   pitchopt sensitivity --max-power-loss 3% --shear-step -0.05 --out what-if
   pitchopt sensitivity --case nrel-5mw --wind-speed 9 --steps 4 --out range --json
+  pitchopt sensitivity --problem quadratic --out programs
 
 \b
 Files: sensitivity.json, sensitivity.csv, sensitivity.png, and with --steps
@@ -29,7 +31,10 @@ Estimates come from the multipliers of the last convex subproblem: first order
 from derivatives, high order from constraints evaluated again, the profile held.
 "re-solved" is the best of local solves of the changed design."""
 
-_PROBLEMS: Mapping[str, Callable[[dict[str, Any]], int]] = {"design": run_design}
+_PROBLEMS: Mapping[str, Callable[[dict[str, Any]], int]] = {
+    "design": run_design,
+    "quadratic": run_quadratic,
+}
 
 
 @click.command("sensitivity", epilog=_EPILOG)
@@ -38,7 +43,8 @@ _PROBLEMS: Mapping[str, Callable[[dict[str, Any]], int]] = {"design": run_design
     type=click.Choice(list(_PROBLEMS)),
     default="design",
     show_default=True,
-    help="What was optimised: a pitch design.",
+    help="What was optimised: a pitch design, or the small quadratic programs of the paper, which "
+    "take --out, --json and --no-plots alone.",
 )
 @goal_options
 @step_options

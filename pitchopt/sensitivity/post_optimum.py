@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pitchopt.checks import FloatArray
 from pitchopt.errors import InputError
-from pitchopt.sensitivity import assumptions as judge
+from pitchopt.sensitivity import assumptions as judging
 from pitchopt.sensitivity.estimate import Estimate, Thresholds
 from pitchopt.sensitivity.functions import Function, FunctionModel, GradientsOf, parameter_array
 from pitchopt.sensitivity.local import Local, Rows, classify
@@ -234,16 +234,24 @@ class PostOptimum:
         return None if self._local is None else self._local.stationarity
 
     def estimates(
-        self, dcs: Sequence[ArrayLike] | NDArray[np.float64], *, check_feasible: bool = True
+        self,
+        dcs: Sequence[ArrayLike] | NDArray[np.float64],
+        *,
+        check_feasible: bool = True,
+        judge: bool = True,
     ) -> tuple[Estimate, ...]:
         """An estimate for each dc; derivatives are taken where dc is smallest."""
         changes = [self._change(dc) for dc in dcs]
         if self._model.keeps_slopes:
             for i in np.argsort([np.linalg.norm(dc) for dc in changes], kind="stable"):
                 self._model.slope(changes[i])
-        return tuple(self.estimate(dc, check_feasible=check_feasible) for dc in changes)
+        return tuple(
+            self.estimate(dc, check_feasible=check_feasible, judge=judge) for dc in changes
+        )
 
-    def estimate(self, dc: ArrayLike, *, check_feasible: bool = True) -> Estimate:
+    def estimate(
+        self, dc: ArrayLike, *, check_feasible: bool = True, judge: bool = True
+    ) -> Estimate:
         """Estimated change of the optimal value.
 
         Parameters
@@ -254,6 +262,9 @@ class PostOptimum:
             Where the old design violates constraints at c_r + dc and the predicted one does not
             repair them, ask whether any design does: a convex feasibility problem for cvxpy, a
             linear program to first order for functions, nothing for a table.
+        judge : bool
+            Judge the assumptions and whether the change can be met at all; without it numbers
+            alone, some times faster.
 
         Raises
         ------
@@ -274,7 +285,10 @@ class PostOptimum:
         first_f = sense * slope.objective
         high_f = sense * (there.objective - start.objective)
         high = high_f + float(np.sum(high_rows))
-        parts = self._judged(c, there, high, check_feasible)
+        if judge:
+            parts = self._judged(c, there, high, check_feasible)
+        else:
+            parts = self._not_judged("it was not asked for")
         for array in (change, first_rows, high_rows):
             array.setflags(write=False)
         return Estimate(
@@ -309,14 +323,8 @@ class PostOptimum:
     ) -> dict[str, Any]:
         model, local, limits = self._model, self._local, self._thresholds
         if local is None:
-            reason = "there are no gradients in x"
-            parts = {
-                "active_set": judge.active_set(model, self._rows, there, limits),
-                "coupling": judge.not_judged(judge.A2, reason, limits.coupling),
-                "linearity": judge.not_judged(judge.A1, reason, limits.linearity),
-                "stationarity": judge.not_judged(judge.KKT, reason, limits.stationarity),
-                "attained": None,
-            }
+            parts = self._not_judged("there are no gradients in x")
+            parts["active_set"] = judging.active_set(model, self._rows, there, limits)
             if check_feasible:
                 self._feasible(c, there)
             return parts
@@ -326,14 +334,24 @@ class PostOptimum:
             self._feasible(c, there)
         step.setflags(write=False)
         return {
-            "active_set": judge.active_set(
+            "active_set": judging.active_set(
                 model, self._rows, there, limits, local=local, step=step, left_over=left_over
             ),
-            "coupling": judge.coupling(local, model.gradients(c), limits),
-            "linearity": judge.linearity(model, local, self._start, step, high, limits),
-            "stationarity": judge.stationarity(local, limits),
+            "coupling": judging.coupling(local, model.gradients(c), limits),
+            "linearity": judging.linearity(model, local, self._start, step, high, limits),
+            "stationarity": judging.stationarity(local, limits),
             "attained": attained,
             "predicted_step": step,
+        }
+
+    def _not_judged(self, reason: str) -> dict[str, Any]:
+        limits = self._thresholds
+        return {
+            "active_set": judging.not_judged(judging.A3, reason, 0.0),
+            "coupling": judging.not_judged(judging.A2, reason, limits.coupling),
+            "linearity": judging.not_judged(judging.A1, reason, limits.linearity),
+            "stationarity": judging.not_judged(judging.KKT, reason, limits.stationarity),
+            "attained": None,
         }
 
     def _exceeds(self, values: Values) -> bool:

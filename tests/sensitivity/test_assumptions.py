@@ -264,3 +264,15 @@ def test_definite_constraint_of_rank_two_holds_a_block():
     assert e.predicted_step == pytest.approx([0.5, 0.5], abs=1e-5)
     assert e.active_set.verdict == "holds"
     assert e.high_order == pytest.approx(1.5, abs=1e-5)
+
+
+def test_numbers_alone_are_the_same_and_judge_nothing():
+    po = corner()
+    judged, plain = po.estimate(0.8), po.estimate(0.8, judge=False)
+    assert (plain.first_order, plain.high_order) == (judged.first_order, judged.high_order)
+    assert plain.row_high_order.tolist() == judged.row_high_order.tolist()
+    assert {a.verdict for a in plain.assumptions} == {"not judged"}
+    assert plain.broken == () and plain.attained is None
+    count = po.evaluations
+    po.estimates([0.8, 0.4], judge=False)
+    assert po.evaluations == count  # both are kept

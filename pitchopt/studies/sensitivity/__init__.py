@@ -23,6 +23,7 @@ from pitchopt.studies.sensitivity.quadratic import (
     coupling_programs,
     estimated_curve,
     linearity_programs,
+    quadratic_record,
 )
 
 __all__ = [
@@ -41,6 +42,7 @@ __all__ = [
     "design_sensitivity",
     "estimated_curve",
     "linearity_programs",
+    "quadratic_record",
     "sensitivity_csv",
     "sensitivity_record",
 ]

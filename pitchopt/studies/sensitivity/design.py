@@ -34,6 +34,7 @@ __all__ = [
     "design_sensitivity",
 ]
 
+_SMALLEST = 1e-6  # share of a parameter, below which derivatives would be rounding
 _ROUNDING = 3e-8  # share of the largest torque that local solves leave
 
 
@@ -174,8 +175,12 @@ def design_sensitivity(
     given = dict(steps or {})
     for name, step in given.items():
         point.require(name)
-        if step == 0.0:
-            raise InputError(f"step of the {UNITS[name][0]}: got 0, expected a change")
+        value, (words, unit, factor) = point.value(name), UNITS[name]
+        if abs(step) <= _SMALLEST * max(abs(value), 1e-3):
+            raise InputError(
+                f"step of the {words}: got {factor * step:g}, expected a change of more than a "
+                f"millionth of {factor * value:.6g}" + ("" if unit == "-" else f" {unit}")
+            )
         try:
             point.changed(name, step)
         except InfeasibleError as error:

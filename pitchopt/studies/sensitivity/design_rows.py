@@ -87,7 +87,6 @@ class DesignRows:
         self.profile = point.design.profile
         n = self.count = curves.stations
         m = curves.positions
-        self.index = np.arange(n)
         self.y = kkt.prices
         self.loads = [0, *(k for k in range(1, 5) if np.any(self.y[k]))]
         self.judged = judged and n <= _LARGEST
@@ -159,7 +158,7 @@ class DesignRows:
 
     def groups(self, estimate: Estimate) -> tuple[Group, ...]:
         """Kinds of rows that carry an estimate, largest first."""
-        n, stations = self.count, len(self.floors) + self.capped
+        n, after = self.count, len(self.floors) + self.capped
         found: list[Group] = []
         first, high = estimate.row_first_order, estimate.row_high_order
         sizes = np.abs(estimate.row_multipliers)
@@ -189,7 +188,7 @@ class DesignRows:
             )
         for i, (text, *_) in enumerate(self.floors):
             add(text, [slice(i, i + 1)])
-        blocks = [slice(stations + k * n, stations + (k + 1) * n) for k in range(4)]
+        blocks = [slice(after + k * n, after + (k + 1) * n) for k in range(4)]
         add("pitch rate", blocks[:2])
         what = "stall limit" if self.name == "shear" else "end of pitch"
         add(f"lower {what}", [blocks[2]])

@@ -32,6 +32,7 @@ __all__ = [
     "coupling_programs",
     "estimated_curve",
     "linearity_programs",
+    "quadratic_record",
 ]
 
 ACCURATE = {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10}
@@ -231,6 +232,18 @@ def estimated_curve(program: QuadraticProgram, dc: ArrayLike | None = None) -> O
     return OptimumCurve(
         program=program, dc=changes, truth=truth, designs=designs, estimates=estimates
     )
+
+
+def quadratic_record(curve: OptimumCurve) -> dict[str, Any]:
+    """A curve as plain data."""
+    return {
+        "name": curve.name,
+        "dc": curve.dc,
+        "truth": curve.truth,
+        "first_order": curve.first_order,
+        "high_order": curve.high_order,
+        "broken": dict(curve.broken),
+    }
 
 
 def _solved(problem: Any, program: QuadraticProgram, value: float) -> float:

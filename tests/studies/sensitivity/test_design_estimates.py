@@ -231,7 +231,8 @@ def test_a_table_of_curves_has_no_shear(tmp_path):
     [
         ({"loss": 0.01}, "the design has no such parameter, the goal of the design is mu"),
         ({"weight": 1.0}, "parameter: got 'weight', expected one of rate"),
-        ({"rate": 0.0}, "step of the pitch rate: got 0"),
+        ({"rate": 0.0}, "step of the pitch rate: got 0, expected a change of more than"),
+        ({"rate": 1e-12}, "a millionth of 1.5 deg/s"),
         ({"rate": float("nan")}, "step of the pitch rate"),
         ({"rate": -1.0}, "pitch rate: a change by -57.2958 to -55.7958 deg/s is not allowed"),
         ({"lower": 1.0}, "lower end of range"),
@@ -255,6 +256,16 @@ def test_limits_on_torque_stay_where_they_are(loss):
         held.changed("torque", 3e5)
     with pytest.raises(InputError, match="the largest of any profile"):
         design_sensitivity(held, {"torque": 3e5})
+
+
+def test_held_flow_is_for_curves_of_held_flow():
+    rotor = load_case("biegel2011").with_values({"aero.induction": "equilibrium"}).model()
+    with pytest.raises(InputError, match="expected none or frozen"):
+        rotor.fixed_inflow(6)
+    rotor = load_case("biegel2011").with_values(SMALL).model()
+    curves, inflow = rotor.curves(6), rotor.fixed_inflow(6)
+    pitch = np.full(curves.stations, 0.02)
+    assert inflow.loads(pitch)[0] == pytest.approx(curves.contributions(pitch)[0])
 
 
 # ---- documents and pictures ----------------------------------------------------------------
