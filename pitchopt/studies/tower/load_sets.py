@@ -24,7 +24,7 @@ import threading
 import time as clock
 import zipfile
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
@@ -46,7 +46,7 @@ from windfield import BoxCache, TurbulenceBox, TurbulentField
 
 __all__ = ["LEAST_HUB", "LoadSet", "LoadSets", "LoadSettings"]
 
-FORMAT = 1  # to be raised whenever the same settings give other results
+FORMAT = 2  # to be raised whenever the same settings give other results
 _YEAR = 365.25 * 86400.0
 LEAST_HUB = 60.0  # below, the turbulence's length scale follows the hub height [m]
 
@@ -240,17 +240,21 @@ class LoadSets:
         operation.linear_quadratic()
         return operation
 
+    @cached_property
+    def _machine(self) -> str:
+        """Digest of all data of the reference turbine."""
+        digest = hashlib.sha256()
+        _feed(digest.update, self.reference)
+        return digest.hexdigest()
+
     def _moving(self, turbine: Turbine) -> DynamicTurbine:
         return DynamicTurbine(turbine=turbine, tower_sections=self.settings.stations - 1)
 
     def key(self, design: TowerDesign, tower_velocity: float) -> str:
         """Digest of all that a set depends on."""
-        rotor = self.reference.rotor
         document = {
             "format": FORMAT,
-            "turbine": self.reference.name,
-            "source": self.reference.source,
-            "rotor": [rotor.radius, rotor.tilt, rotor.cone, self.reference.rated_power],
+            "turbine": self._machine,
             "settings": dataclasses.asdict(self.settings),
             "height": float(design.hub_height),
             "diameter": design.diameter.tolist(),
@@ -391,6 +395,28 @@ class LoadSets:
             part.replace(path)
         finally:
             part.unlink(missing_ok=True)
+
+
+def _feed(update: Callable[[bytes], None], value: object) -> None:
+    """Tell all fields of dataclasses, items and numbers, each with its kind."""
+    update(f"{type(value).__name__}:".encode())
+    if dataclasses.is_dataclass(value):
+        for field in dataclasses.fields(value):
+            update(f"{field.name}=".encode())
+            _feed(update, getattr(value, field.name))
+    elif isinstance(value, np.ndarray):
+        update(f"{value.shape}{value.dtype.str}".encode())
+        update(np.ascontiguousarray(value).tobytes())
+    elif isinstance(value, Mapping):
+        for key in sorted(value):
+            update(f"{key}=".encode())
+            _feed(update, value[key])
+    elif isinstance(value, list | tuple):
+        update(f"{len(value)}".encode())
+        for item in value:
+            _feed(update, item)
+    else:
+        update(f"{value!r};".encode())
 
 
 _ARRAYS = ("wind_speeds", "power", "power_deviation")

@@ -240,6 +240,31 @@ def test_key_answers_to_everything(make, design, turbine):
     assert len(keys) == 1 + len(CHANGED) + 3 + 2 + 1
 
 
+def test_key_answers_to_all_data_of_the_turbine(design, turbine):
+    """A file that was changed keeps its name, and a set must not outlive it."""
+    rotor, structure = turbine.rotor, turbine.blade_structure
+    nacelle = dataclasses.replace(turbine.nacelle, mass=turbine.nacelle.mass + 1.0)
+    tower = dataclasses.replace(turbine.tower, youngs_modulus=2.05e11)
+    heavier = dataclasses.replace(structure, mass_per_length=1.001 * structure.mass_per_length)
+    chord = dataclasses.replace(rotor.blade, chord=1.001 * rotor.blade.chord)
+    changed = [
+        turbine,
+        dataclasses.replace(turbine, nacelle=nacelle),
+        dataclasses.replace(turbine, tower=tower),
+        dataclasses.replace(turbine, blade_structure=heavier),
+        dataclasses.replace(turbine, air_density=1.2),
+        dataclasses.replace(turbine, rotor=dataclasses.replace(rotor, blade=chord)),
+    ]
+    keys = {LoadSets(machine, SHORT).key(design, 0.1) for machine in changed}
+    assert len(keys) == len(changed)
+    copied = dataclasses.replace(
+        turbine,
+        blade_structure=dataclasses.replace(structure),
+        tower=dataclasses.replace(turbine.tower),
+    )
+    assert LoadSets(copied, SHORT).key(design, 0.1) in keys
+
+
 def test_key_answers_to_nothing_else(make, design, tmp_path):
     key = make().key(design, 0.1)
     again = dataclasses.replace(design, hub_height=110, thickness=list(design.thickness))
