@@ -36,23 +36,26 @@ def _reference(name: str, part: Mapping[str, Any]) -> str:
 
 def _masses(part: Mapping[str, Any]) -> str:
     found, mass = part["estimates"], part["reference"]["mass"]
-    rows = [["c [s2/m2]", "mean damage [%]", "first-order [%]", "high-order [%]", "sized anew [%]",
-             "error first", "error high"]]  # fmt: skip
+    kinds = {"first_order": "first-order", "high_order": "high-order"}
+    if found["with_response"] is not None:
+        kinds["with_response"] = "with response"
+    rows = [["c [s2/m2]", "mean damage [%]", *(f"{word} [%]" for word in kinds.values()),
+             "sized anew [%]", *(f"error {word}" for word in kinds.values())]]  # fmt: skip
     for k, weight in enumerate(found["weights"]):
-        first, high, true = (100.0 * found[key][k] / mass for key in
-                             ("first_order", "high_order", "true"))  # fmt: skip
+        true = 100.0 * found["true"][k] / mass
+        shares = [100.0 * found[key][k] / mass for key in kinds]
         rows.append(
             [
                 f"{weight:g}",
                 f"{100.0 * found['mean_damage_change'][k]:+.2f}",
-                f"{first:+.3f}",
-                f"{high:+.3f}",
+                *(f"{share:+.3f}" for share in shares),
                 f"{true:+.3f}",
-                f"{first - true:+.3f}",
-                f"{high - true:+.3f}",
+                *(f"{share - true:+.3f}" for share in shares),
             ]
         )
-    return "change of the optimal mass\n" + text_table(rows)
+    rho = found["load_response"]
+    note = "" if rho is None else f"; response of the loads to the tower {rho:.2f}"
+    return f"change of the optimal mass{note}\n" + text_table(rows)
 
 
 def _broken(part: Mapping[str, Any]) -> str:

@@ -191,6 +191,7 @@ def plot_mass_change(
     first_order: ArrayLike,
     high_order: ArrayLike,
     truth: ArrayLike | None = None,
+    with_response: ArrayLike | None = None,
     *,
     mass: float,
     ax: Axes | None = None,
@@ -203,6 +204,8 @@ def plot_mass_change(
         c, and changes [kg].
     truth : (K,) array_like, optional
         Of towers sized anew [kg].
+    with_response : (K,) array_like, optional
+        High-order changes with the loads' response [kg].
     mass : float
         Of the reference tower [kg].
     """
@@ -211,6 +214,7 @@ def plot_mass_change(
     for values, look, colour, label in (
         (first_order, "--", VERMILION, "first-order"),
         (high_order, "s-", BLUE, "high-order"),
+        (with_response, "^-.", GREEN, "with the loads' response"),
         (truth, "o:", BLACK, "sized anew"),
     ):
         if values is not None:

@@ -71,7 +71,10 @@ def comparison_rows(study: TowerStudy) -> list[dict[str, Any]]:
             ("co-design", "cost_change_codesign"),
             ("first-order", "cost_change_first_order"),
             ("high-order", "cost_change_high_order"),
+            ("with response", "cost_change_with_response"),
         ):
+            if kind not in changes:
+                continue
             add("1", key, f"change of cost, {kind}", "-", changes[kind])
         for label, found, tail in (("without", without, ""), ("co-design", with_, "_codesign")):
             tower = found.tower
@@ -118,13 +121,17 @@ def _configuration(part: ConfigurationResult) -> dict[str, Any]:
             "mean_damage_change": estimates.damage_change.mean(axis=1),
             "first_order": estimates.first_order,
             "high_order": estimates.high_order,
+            "load_response": estimates.load_response,
+            "with_response": estimates.with_response,
             "true": part.true_change,
             "details": [_estimate(e) for e in estimates.estimates],
         },
         "truth": [_tower(tower) for tower in part.truth],
         "maps": {
-            "first_order": _map(part.first_order_map),
-            "high_order": _map(part.high_order_map),
+            **{
+                kind.replace(" ", "_").replace("-", "_"): _map(found)
+                for kind, found in part.estimated_maps.items()
+            },
             "true": None if part.true_map is None else _map(part.true_map),
         },
         "cost_change": part.cost_change,
@@ -149,7 +156,10 @@ def _tower(tower: OptimalTower) -> dict[str, Any]:
         "frequencies_hz": sizing.frequencies.value,
         "multipliers": dict(sizing.relative_multipliers().items()),
         "constraints": dict(sizing.constraints.items()),
-        "rounds": [{"mass": r.mass, "change": r.change} for r in tower.rounds],
+        "rounds": [
+            {"simulated_mass": r.simulated_mass, "mass": r.mass, "change": r.change}
+            for r in tower.rounds
+        ],
         "converged": tower.converged,
         "mean_power": tower.load_set.power,
         "largest_rotor_speed": tower.load_set.largest_speed,

@@ -10,6 +10,12 @@ controller,
 the frozen design.  The estimates know neither that a lighter tower meets other loads nor that the
 damage is far from linear in the walls.
 
+The first of the two can be mended at no cost.  The rounds that led to the tower have shown by how
+much the sized mass changes for a change of the simulated one, its response rho; a saving s of
+frozen loads makes a lighter tower, whose loads save rho s more, and so on:
+
+    dm(c) = high-order / (1 - rho)                                    with the loads' response.
+
 For other heights the damage of the reference height is kept and the multipliers are those of the
 height, equation (16),
 
@@ -64,6 +70,8 @@ class MassEstimates:
         At the joints, in the order of the sizing's fatigue rows.
     first_order, high_order : ndarray (K,)
         Changes of the mass [kg].
+    load_response : float or None
+        rho [-], None where the rounds do not tell.
     estimates : tuple of Estimate
         For the weights but the first: contributions, assumptions.
     largest_damage : float
@@ -75,7 +83,15 @@ class MassEstimates:
     joint_damage: FloatArray
     first_order: FloatArray
     high_order: FloatArray
+    load_response: float | None
     estimates: tuple[Estimate, ...]
+
+    @property
+    def with_response(self) -> FloatArray | None:
+        """High-order changes with the loads' response (K,) [kg]."""
+        rho = self.load_response
+        return None if rho is None else np.asarray(self.high_order / (1.0 - rho))
+
     largest_damage: float = 1.0
 
     @property
@@ -126,6 +142,7 @@ def mass_estimates(
         joint_damage=np.stack([_joint_damage(reference.design, part)[1] for part in every]),
         first_order=np.array([0.0, *(e.first_order for e in found)]),
         high_order=np.array([0.0, *(e.high_order for e in found)]),
+        load_response=reference.load_response,
         estimates=found,
         largest_damage=reference.sizing.limits.largest_damage,
     )
@@ -219,8 +236,11 @@ class CostMap:
 
 def cost_estimates(
     solved: Mapping[float, OptimalTower], changes: MassEstimates, economics: Economics
-) -> tuple[CostMap, CostMap]:
-    """First-order and high-order cost maps from towers solved at c = 0.
+) -> dict[str, CostMap]:
+    """Cost maps estimated from towers solved at c = 0.
+
+    ``first-order`` and ``high-order``; ``with response`` too, where the reference knows it, whose
+    response is kept for the other heights.
 
     Parameters
     ----------
@@ -238,23 +258,24 @@ def cost_estimates(
     linear = np.concatenate(
         [np.zeros((1, change.shape[1])), slope * change[first] / changes.weights[first]]
     )
-    maps = []
+    kinds = {"first-order": (linear, 1.0), "high-order": (change, 1.0)}
+    if changes.load_response is not None:
+        kinds["with response"] = (change, 1.0 / (1.0 - changes.load_response))
+    maps = {}
     limit = changes.largest_damage
     base = np.array([tower.mass for tower in solved.values()])
     energy = np.array([economics.energy(h, tower.load_set) for h, tower in solved.items()])
     prices = np.stack(
         [t.sizing.row_multipliers[t.sizing.rows.of("fatigue")] for t in solved.values()]
     )
-    for damage in (linear, change):
-        mass = base[:, None] + prices @ damage.T / limit
+    for kind, (damage, factor) in kinds.items():
+        mass = base[:, None] + factor * (prices @ damage.T) / limit
         constant = np.broadcast_to(energy[:, None], mass.shape)
-        maps.append(
-            CostMap(
-                heights=heights,
-                weights=changes.weights,
-                mass=mass,
-                energy=constant.copy(),
-                cost=economics.cost(heights[:, None], mass, constant),
-            )
+        maps[kind] = CostMap(
+            heights=heights,
+            weights=changes.weights,
+            mass=mass,
+            energy=constant.copy(),
+            cost=economics.cost(heights[:, None], mass, constant),
         )
-    return maps[0], maps[1]
+    return maps

@@ -33,9 +33,11 @@ from pitchopt.studies.tower.limits import TowerLimits
 from pitchopt.studies.tower.load_sets import LoadSet, LoadSets
 from pitchopt.studies.tower.sizing import Sizing, scaled_start, size_tower
 
-__all__ = ["OptimalTower", "Round", "optimal_tower"]
+__all__ = ["OptimalTower", "Round", "design_logarithms", "optimal_tower"]
 
 _DIGITS = 5  # of diameters and walls of simulated designs [m]
+_NEAR, _APART = 0.05, 0.003  # of masses that tell the response of the loads
+_STRONGEST = 0.9
 _FURTHEST = 0.7  # of theta; beyond, the rounds do not contract
 
 
@@ -47,8 +49,8 @@ class Round:
     ----------
     key : str
         Of the set.
-    mass : float
-        Of the sized tower [kg].
+    simulated_mass, mass : float
+        Of the simulated design and of the sized tower [kg].
     change : float
         Of any diameter or wall from the simulated design, largest [-].
     set_seconds, sizing_seconds : float
@@ -56,6 +58,7 @@ class Round:
     """
 
     key: str
+    simulated_mass: float
     mass: float
     change: float
     set_seconds: float
@@ -100,6 +103,20 @@ class OptimalTower:
     def mass(self) -> float:
         """[kg]."""
         return self.sizing.mass
+
+    @property
+    def load_response(self) -> float | None:
+        """What the sized mass changes by for a change of the simulated one [-], None if not known.
+
+        Least squares over the rounds whose simulated design is within 5 % of the tower's mass; with
+        it a saving of frozen loads becomes saving / (1 - response) when the loads follow the tower.
+        """
+        rows = np.array([(turn.simulated_mass, turn.mass) for turn in self.rounds]) / self.mass
+        near = rows[np.abs(rows[:, 0] - 1.0) <= _NEAR]
+        if len(near) < 2 or np.ptp(near[:, 0]) < _APART:
+            return None
+        slope = float(np.polyfit(near[:, 0], near[:, 1], 1)[0])
+        return slope if abs(slope) < _STRONGEST else None
 
 
 def optimal_tower(
@@ -166,6 +183,7 @@ def optimal_tower(
         done.append(
             Round(
                 key=found.key,
+                simulated_mass=design.mass,
                 mass=sizing.mass,
                 change=sizing.design.change_from(design),
                 set_seconds=found.seconds,
@@ -187,8 +205,8 @@ def optimal_tower(
                 rounds=tuple(done),
                 converged=settled,
             )
-        sized = _logarithms(sizing.design)
-        moved = sized - _logarithms(design)
+        sized = design_logarithms(sizing.design)
+        moved = sized - design_logarithms(design)
         target = sized
         if before is not None:
             turn = moved - before[1]
@@ -200,7 +218,8 @@ def optimal_tower(
         design = _designed(target, sizing.design)
 
 
-def _logarithms(design: TowerDesign) -> FloatArray:
+def design_logarithms(design: TowerDesign) -> FloatArray:
+    """Of diameters and walls, (2 E + 1,)."""
     return np.asarray(np.log(np.concatenate([design.diameter, design.thickness])))
 
 

@@ -107,6 +107,7 @@ def _mass(study: TowerStudy) -> Figure:
             estimates.first_order,
             estimates.high_order,
             part.true_change,
+            estimates.with_response,
             mass=part.reference.mass,
             ax=ax,
         )
@@ -118,14 +119,17 @@ def _cost(study: TowerStudy) -> Figure:
     from pitchopt.plotting.tower import plot_cost_map
 
     def maps(part: ConfigurationResult) -> dict[str, CostMap]:
-        found = {"first-order": part.first_order_map, "high-order": part.high_order_map}
+        found = dict(part.estimated_maps)
         return found if part.true_map is None else {**found, "sized anew": part.true_map}
 
     columns = max(len(maps(part)) for part in study.results.values())
     figure = _figure(5.0 * columns, 4.0 * len(study.results))
     rows = figure.subplots(len(study.results), columns, squeeze=False)
     for row, (name, part) in zip(rows, study.results.items(), strict=True):
-        for ax, (kind, costs) in zip(row, maps(part).items(), strict=True):
+        shown = maps(part)
+        for ax in row[len(shown) :]:
+            ax.set_axis_off()
+        for ax, (kind, costs) in zip(row, shown.items(), strict=False):
             plot_cost_map(
                 costs,
                 reference_height=study.reference_height,

@@ -167,8 +167,8 @@ class ConfigurationResult:
     estimates : MassEstimates
     truth : tuple of OptimalTower
         Sized anew at the reference height for the weights of the estimates, the reference first.
-    first_order_map, high_order_map : CostMap
-        Estimated.
+    estimated_maps : mapping of str to CostMap
+        See `cost_estimates`.
     true_map : CostMap or None
     reference_cost, reference_energy : float
         Of the reference tower [$/MWh, J].
@@ -181,8 +181,7 @@ class ConfigurationResult:
     reference: OptimalTower
     estimates: MassEstimates
     truth: tuple[OptimalTower, ...]
-    first_order_map: CostMap
-    high_order_map: CostMap
+    estimated_maps: Mapping[str, CostMap]
     true_map: CostMap | None
     reference_cost: float
     reference_energy: float
@@ -201,14 +200,11 @@ class ConfigurationResult:
     def cost_change(self) -> dict[str, float]:
         """Change of the lowest cost by co-design, over that without [-].
 
-        ``co-design`` from the two searches, ``first-order`` and ``high-order`` from the estimated
-        maps: their lowest against their lowest at c = 0.
+        ``co-design`` from the two searches, the others from the estimated maps: their lowest
+        against their lowest at c = 0.
         """
         found = {"co-design": self.with_codesign.cost / self.without.cost - 1.0}
-        for name, part in (
-            ("first-order", self.first_order_map),
-            ("high-order", self.high_order_map),
-        ):
+        for name, part in self.estimated_maps.items():
             found[name] = part.lowest()[2] / part.lowest(0.0)[2] - 1.0
         return found
 
@@ -340,7 +336,7 @@ class _Configuration:
         self._phase("heights at c = 0")
         factors = settings.height_factors
         solved = {height * f: self.towers.at(height * f, 0.0) for f in factors}
-        first, high = cost_estimates(solved, changes, economics)
+        estimated = cost_estimates(solved, changes, economics)
         estimate_effort = Effort(sets=len(self.towers.used), seconds=self.towers.seconds)
         self._phase("towers over c")
         again = self._towers((self.reference,))
@@ -359,8 +355,7 @@ class _Configuration:
             reference=self.reference,
             estimates=changes,
             truth=truth,
-            first_order_map=first,
-            high_order_map=high,
+            estimated_maps=estimated,
             true_map=true_map,
             reference_cost=float(economics.cost(height, self.reference.mass, energy)),
             reference_energy=energy,

@@ -128,7 +128,8 @@ def test_cost_maps_by_hand(turbine, weibull_loads, limit):
         settings=SETTINGS,
         operating_energy=14e3 * 3.6e9,
     )
-    first, high = cost_estimates(solved, changes, economics)
+    maps = cost_estimates(solved, changes, economics)
+    first, high, followed = (maps[k] for k in ("first-order", "high-order", "with response"))
     change = powers(sets, WEIGHTS) - 1.0
     linear = WEIGHTS / 0.03 * change[1]
     # active stations have a damage of the limit, so that lambda dD / limit is lambda (f^4 - 1)
@@ -148,6 +149,11 @@ def test_cost_maps_by_hand(turbine, weibull_loads, limit):
         np.testing.assert_array_equal(found.heights, [99.0, 110.0, 121.0])
         np.testing.assert_array_equal(found.weights, WEIGHTS)
     np.testing.assert_allclose(high.mass[1] - reference.mass, changes.high_order, rtol=1e-8)
+    rho = changes.load_response
+    for k, tower in enumerate(solved.values()):
+        np.testing.assert_allclose(
+            (followed.mass[k] - tower.mass) * (1.0 - rho), high.mass[k] - tower.mass, atol=1e-6
+        )
     np.testing.assert_allclose(first.mass[1] - reference.mass, changes.first_order, rtol=1e-8)
 
 
@@ -210,3 +216,30 @@ def test_lowest_of_a_map():
         height, weight, cost = made.lowest(float(c))
         assert weight == pytest.approx(c, abs=1e-12)
         assert cost == pytest.approx(41.0 - 0.1 * np.sqrt(c), abs=2e-4)
+
+
+def test_response_of_the_loads_is_the_slope_of_the_rounds(solved):
+    """Against the slope of the sized mass, by sizing for the loads of two other designs."""
+    sets, _, reference, changes, _ = solved
+    masses = []
+    for factor in (0.985, 1.015):
+        design = dataclasses.replace(
+            reference.design,
+            diameter=reference.design.diameter * factor,
+            thickness=reference.design.thickness * factor,
+        )
+        found = sets.run(design, 0.0)
+        sized = size_tower(110.0, found.loads, SOFT, sets.reference, start=reference.design)
+        masses.append((design.mass, sized.mass))
+    (m0, s0), (m1, s1) = masses
+    slope = (s1 - s0) / (m1 - m0)
+    assert reference.load_response == changes.load_response
+    assert reference.load_response == pytest.approx(slope, rel=0.3)
+    # the saving with the loads' response is the true one where the loads follow the tower
+    np.testing.assert_allclose(changes.with_response, changes.high_order / (1.0 - slope), rtol=0.1)
+
+
+def test_response_is_not_known_from_one_round(solved):
+    _, _, reference, _, _ = solved
+    alone = dataclasses.replace(reference, rounds=reference.rounds[-1:])
+    assert alone.load_response is None
