@@ -98,7 +98,8 @@ def test_efforts_count_the_sets_of_their_phases(done, part):
 
 def test_estimated_maps_begin_with_the_towers_at_no_weight(done, part):
     study = done[0]
-    true, first, high = part.true_map, part.first_order_map, part.high_order_map
+    true = part.true_map
+    first, high = (part.estimated_maps[kind] for kind in ("first-order", "high-order"))
     for costs in (first, high):
         np.testing.assert_allclose(costs.mass[:, 0], true.mass[:, 0], rtol=1e-12)
         np.testing.assert_allclose(costs.cost[:, 0], true.cost[:, 0], rtol=1e-12)
@@ -127,7 +128,7 @@ def test_searches_find_what_the_map_shows(done, part):
     assert part.with_codesign.cost <= part.without.cost * (1.0 + 1e-9)
     changes = part.cost_change
     assert changes["co-design"] == part.with_codesign.cost / part.without.cost - 1.0
-    for kind, costs in (("first-order", part.first_order_map), ("high-order", part.high_order_map)):
+    for kind, costs in part.estimated_maps.items():
         _, _, cost = costs.fine()
         assert changes[kind] == pytest.approx(cost.min() / cost[:, 0].min() - 1.0, rel=1e-12)
     assert changes["first-order"] < changes["high-order"] <= 0.0

@@ -59,13 +59,26 @@ def test_counts_of_two_are_their_own(sets):
     assert first.used == second.used
 
 
-def test_next_tower_starts_from_the_closest(sets, starts):
+def test_second_and_third_tower_start_from_the_closest(sets, starts):
     towers = Towers(sets, SOFT)
-    for place in ((110.0, 0.0), (121.0, 0.0), (110.0, 0.3), (119.0, 0.0), (110.0, 0.2)):
+    for place in ((110.0, 0.0), (121.0, 0.0), (110.0, 0.3)):
         towers.at(*place)
-    expected = [None, (110.0, 0.0), (110.0, 0.0), (121.0, 0.0), (110.0, 0.3)]
-    for start, place in zip(starts, expected, strict=True):
-        assert start is (None if place is None else towers.at(*place).design)
+    assert starts[0] is None
+    assert starts[1] is towers.at(110.0, 0.0).design
+    assert starts[2] is towers.at(110.0, 0.0).design
+
+
+def test_later_towers_start_from_what_others_predict(sets, starts):
+    """The corner of a grid whose other three are known, and where all but one height are."""
+    towers = Towers(sets, SOFT, threshold=1e-3)
+    for place in ((110.0, 0.0), (121.0, 0.0), (110.0, 0.3), (121.0, 0.3)):
+        towers.at(*place)
+    corner, closest = towers.at(121.0, 0.3).design, towers.at(121.0, 0.0).design
+    assert starts[-1].change_from(corner) < 0.3 * closest.change_from(corner)
+    for place in ((99.0, 0.0), (99.0, 0.3), (115.0, 0.0), (115.0, 0.3), (115.0, 0.1)):
+        towers.at(*place)
+    middle, closest = towers.at(115.0, 0.1).design, towers.at(115.0, 0.0).design
+    assert starts[-1].change_from(middle) < 0.3 * closest.change_from(middle)
 
 
 def test_known_towers_are_answers_and_cost_nothing(sets, starts):
