@@ -4,7 +4,9 @@ Each evaluation is a sized tower, so the search keeps a quadratic model of all t
 weighted least-squares fit (weights fall with the squared distance from the best point), minimised
 on a grid of 201 points a variable within a trust region and the box.  A step that gains less than
 a tenth of what the model promised shrinks the region to half; the search ends when the model
-promises less than a tolerance twice in a row, or the region is small.
+promises less than a tolerance twice in a row, or the region is small.  Of two variables, each has
+to have been moved alone from the best point before: a model of points on a diagonal knows little
+across it.  What is found is a local minimum as far as these points tell.
 """
 
 from __future__ import annotations
@@ -23,6 +25,8 @@ __all__ = ["OuterMinimum", "minimise_in_box"]
 
 _SMALLEST_REGION = 0.01  # half-width over the box's
 _NEAR = 0.25  # distance at which a point's weight has halved, over the box's half-width
+_BESIDE = 0.25  # move of one variable that tests the best point, over the box's half-width
+_SAME = 0.05  # and how far the other may be off, or a move fall short
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -107,8 +111,14 @@ def minimise_in_box(
         calm = calm + 1 if promise < tolerance * abs(values[0]) else 0
         seen = min(float(np.max(np.abs(target - p) / half)) for p in points)
         if calm == 2 or (calm and seen < _SMALLEST_REGION) or region < _SMALLEST_REGION:
-            converged = True
-            break
+            beside = _untried(np.array(points) / half, best, lower / half, upper / half)
+            if beside is None:
+                converged = True
+                break
+            points.append(np.clip(beside * half, lower, upper))
+            values.append(function(points[-1]))
+            calm, region = 1, max(region, _BESIDE)
+            continue
         if seen < _SMALLEST_REGION:
             region *= 0.5
             continue
@@ -146,6 +156,26 @@ def _first_points(
         point[i], point[j] = point[i] + inward[i], point[j] + inward[j]
         points.append(np.clip(point, low, high))
     return points
+
+
+def _untried(points: FloatArray, best: int, low: FloatArray, high: FloatArray) -> FloatArray | None:
+    """The best of the points with one of two variables moved, where no point is like it, or None.
+
+    All in units of the box's half-width.  The move goes where there is more room.
+    """
+    centre = points[best]
+    if centre.size == 1:
+        return None
+    away = np.abs(points - centre)
+    for i in range(centre.size):
+        others = np.delete(away, i, axis=1)
+        moved = (away[:, i] >= _SAME) & (away[:, i] <= 1.5 * _BESIDE)
+        if np.any(moved & np.all(others <= _SAME, axis=1)):
+            continue
+        point = centre.copy()
+        point[i] += _BESIDE if high[i] - centre[i] >= centre[i] - low[i] else -_BESIDE
+        return np.asarray(point)
+    return None
 
 
 def _terms(u: FloatArray) -> FloatArray:

@@ -95,6 +95,27 @@ def test_minimum_on_the_bound_is_met_exactly():
     assert found.converged
 
 
+@pytest.mark.parametrize(("curvature", "rise"), [(50.0, 1.0), (40.0, 0.9), (57.0, 0.5)])
+def test_points_on_a_diagonal_do_not_end_the_search_in_a_corner(curvature, rise):
+    """All points go to the far corner, where the second variable has passed its minimum."""
+
+    def function(x):
+        share = float(x[1]) ** 2
+        gain = 0.3 * (1.0 - np.exp(-6.0 * share))
+        cross = rise * (float(x[0]) - 0.9) / 0.3
+        return float(47.0 + curvature * (x[0] - 1.25) ** 2 - gain + 0.3 * cross * share)
+
+    found = minimise_in_box(function, [1.0, 0.0], LOW, HIGH, first_steps=STEPS)
+    heights, roots = np.linspace(0.9, 1.2, 101), np.linspace(0.0, 1.0, 201)
+    grid = min(function([h, w]) for h in heights for w in roots)
+    assert found.converged
+    assert found.value - grid < 1e-3  # of 0.1 to 0.3 between the corner and the minimum
+    away = np.abs(found.points - found.x) / HALF
+    for i in range(2):  # each variable was moved alone
+        alone = (away[:, i] > 0.049) & (away[:, i] < 0.4) & (away[:, 1 - i] < 0.051)
+        assert alone.any()
+
+
 @pytest.mark.parametrize("start", [0.9, 1.2, 1.0])
 def test_first_points_stay_inside_and_apart(start):
     call, seen = counted(lambda x: (x[0] - 1.05) ** 2 + 1.0)
