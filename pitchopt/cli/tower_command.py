@@ -16,6 +16,7 @@ from pitchopt.cli.values import Option, between, numbers, positive, seeds, whole
 if TYPE_CHECKING:
     from pitchopt.cli.progress import Progress
     from pitchopt.studies.tower import TowerStudySettings
+    from pitchopt.turbines import Turbine
 
 __all__ = ["command"]
 
@@ -112,7 +113,11 @@ def _study_options(function: Any) -> Any:
             ),
             click.option(
                 "--largest-diameter", type=Option("m", positive(50, "m")), metavar="M",
-                default="6", show_default=True, help="Outer diameter of the tower.",
+                help="Outer diameter of the tower.  [default: 6, or the turbine's own if larger]",
+            ),
+            click.option(
+                "--top-diameter", type=Option("m", positive(50, "m")), metavar="M",
+                help="Least outer diameter at the top.  [default: the turbine's own]",
             ),
             click.option(
                 "--slenderness", type=Option("x", positive(1000, "-")), metavar="X",
@@ -176,8 +181,8 @@ def command(**options: Any) -> int:
     )
     from pitchopt.turbines import load_turbine
 
-    settings = _settings(options)
     turbine = load_turbine(options["turbine"])
+    settings = _settings(options, turbine)
     as_json = options["as_json"]
     folder = output.out_folder(options["out"], "tower", turbine.name, as_json=as_json)
     kept = options["sets"]
@@ -212,7 +217,7 @@ def command(**options: Any) -> int:
     return 0
 
 
-def _settings(options: Mapping[str, Any]) -> TowerStudySettings:
+def _settings(options: Mapping[str, Any], turbine: Turbine) -> TowerStudySettings:
     from pitchopt.studies.tower import (
         CONFIGURATIONS,
         LoadSettings,
@@ -237,6 +242,10 @@ def _settings(options: Mapping[str, Any]) -> TowerStudySettings:
             study[key] = tuple(options[name]) if key != "threshold" else options[name]
     if "weights" in study and len(study["weights"]) > 1:
         study["step"] = study["weights"][1]
+    own = turbine.tower.diameter
+    largest = options["largest_diameter"]
+    if largest is None:
+        largest = max(TowerLimits.largest_diameter, float(own.max()))
     chosen = options["configuration"]
     return TowerStudySettings(
         loads=LoadSettings(
@@ -247,7 +256,8 @@ def _settings(options: Mapping[str, Any]) -> TowerStudySettings:
         ),
         limits=TowerLimits(
             frequency_margin=options["frequency_margin"],
-            largest_diameter=options["largest_diameter"],
+            largest_diameter=largest,
+            top_diameter=options["top_diameter"] or float(own[-1]),
             slenderness=options["slenderness"],
         ),
         configurations=CONFIGURATIONS if chosen == "both" else (chosen,),

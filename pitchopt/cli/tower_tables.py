@@ -18,6 +18,7 @@ def print_tower(document: Mapping[str, Any]) -> None:
         click.echo(_reference(name, part) + "\n")
         click.echo(_masses(part) + "\n")
         click.echo(_broken(part) + "\n")
+        click.echo(_settled(part) + "\n")
     click.echo(_tables(document["tables"]) + "\n")
 
 
@@ -63,6 +64,22 @@ def _broken(part: Mapping[str, Any]) -> str:
     last = part["estimates"]["details"][-1]
     lines = [f"  {a['name']}: {a['verdict']}; {a['message']}" for a in last["assumptions"]]
     return f"assumptions at c = {last['weight']:g}\n" + "\n".join(lines)
+
+
+def _settled(part: Mapping[str, Any]) -> str:
+    """What did not converge."""
+    lines = [
+        f"  tower at a hub height of {tower['hub_height']:g} m with c = {tower['weight']:g}: sizes "
+        f"still change by {100.0 * tower['change']:.2g} % with its loads"
+        for tower in part["unsettled"]
+    ] + [
+        f"  search of the lowest cost {words}: stopped after {len(part[key]['costs'])} towers"
+        for key, words in (("without", "at c = 0"), ("codesign", "over height and c"))
+        if not part[key]["converged"]
+    ]
+    if not lines:
+        return "all towers and searches converged"
+    return "not converged\n" + "\n".join(lines)
 
 
 def _tables(rows: list[Mapping[str, Any]]) -> str:

@@ -15,7 +15,7 @@ from pitchopt.sensitivity import Estimate
 from pitchopt.studies.tower.cost import JOULES_PER_MWH
 from pitchopt.studies.tower.estimates import CostMap
 from pitchopt.studies.tower.frozen_loads import OptimalTower
-from pitchopt.studies.tower.published import MEAN_DAMAGE_CHANGE, PUBLISHED
+from pitchopt.studies.tower.published import MEAN_DAMAGE_CHANGE, PUBLISHED, TURBINE
 from pitchopt.studies.tower.study import CoDesign, ConfigurationResult, Effort, TowerStudy
 
 __all__ = ["comparison_rows", "tower_csv", "tower_document"]
@@ -47,10 +47,15 @@ def tower_document(study: TowerStudy) -> dict[str, Any]:
 
 
 def comparison_rows(study: TowerStudy) -> list[dict[str, Any]]:
-    """Tables 1 to 3 of the paper and figures of its text: quantity, unit, paper, ours."""
+    """Tables 1 to 3 of the paper and figures of its text: quantity, unit, paper, ours.
+
+    The paper's are left out for turbines other than its own.
+    """
     rows: list[dict[str, Any]] = []
     for name, part in study.results.items():
-        published = PUBLISHED[name]
+        published: dict[str, float] = {}
+        if study.turbine == TURBINE:
+            published = {**PUBLISHED[name], "damage": MEAN_DAMAGE_CHANGE}
         changes = part.cost_change
         without, with_ = part.without, part.with_codesign
 
@@ -97,8 +102,7 @@ def comparison_rows(study: TowerStudy) -> list[dict[str, Any]]:
         add("text", "reference", "mass at the reference height, c = 0", "t",
             part.reference.mass / 1e3)  # fmt: skip
         change = part.estimates.damage_change[-1].mean()
-        add("text", "damage", "change of mean damage at the largest c", "-", change,
-            published={"damage": MEAN_DAMAGE_CHANGE})  # fmt: skip
+        add("text", "damage", "change of mean damage at the largest c", "-", change)
     return rows
 
 
@@ -135,6 +139,10 @@ def _configuration(part: ConfigurationResult) -> dict[str, Any]:
             "true": None if part.true_map is None else _map(part.true_map),
         },
         "cost_change": part.cost_change,
+        "unsettled": [
+            {"hub_height": t.hub_height, "weight": t.tower_velocity, "change": t.rounds[-1].change}
+            for t in part.unsettled
+        ],
         "without": _codesign(part.without),
         "codesign": _codesign(part.with_codesign),
         "effort": {

@@ -85,14 +85,13 @@ class MassEstimates:
     high_order: FloatArray
     load_response: float | None
     estimates: tuple[Estimate, ...]
+    largest_damage: float = 1.0
 
     @property
     def with_response(self) -> FloatArray | None:
         """High-order changes with the loads' response (K,) [kg]."""
         rho = self.load_response
         return None if rho is None else np.asarray(self.high_order / (1.0 - rho))
-
-    largest_damage: float = 1.0
 
     @property
     def damage_change(self) -> FloatArray:
@@ -214,15 +213,16 @@ class CostMap:
     def fine(self, count: int = 241) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Heights (n,), weights (n,) and cost (n, n) between them.
 
-        Over the heights by the polynomial through all of them, over the weights monotone (PCHIP),
-        so that costs that fall with diminishing returns do so in between.
+        Over the heights by a cubic spline without knots next to its ends, which is the polynomial
+        through three or four of them, over the weights monotone (PCHIP), so that costs that fall
+        with diminishing returns do so in between.
         """
-        from scipy.interpolate import KroghInterpolator, PchipInterpolator
+        from scipy.interpolate import CubicSpline, PchipInterpolator
 
         h = np.linspace(self.heights[0], self.heights[-1], count)
         c = np.linspace(self.weights[0], self.weights[-1], count)
         across = PchipInterpolator(self.weights, self.cost, axis=1)(c)
-        return h, c, np.asarray(KroghInterpolator(self.heights, across, axis=0)(h))
+        return h, c, np.asarray(CubicSpline(self.heights, across, axis=0)(h))
 
     def lowest(self, weight: float | None = None) -> tuple[float, float, float]:
         """Height, weight and cost of the lowest cost, at a weight or over all."""

@@ -10,7 +10,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-__all__ = ["MEAN_DAMAGE_CHANGE", "PUBLISHED"]
+__all__ = ["MEAN_DAMAGE_CHANGE", "PUBLISHED", "TURBINE"]
+
+TURBINE = "iea-3.4-130"
+"""Whose tower they are of."""
 
 MEAN_DAMAGE_CHANGE = -0.068
 """Of the mean damage, weight from 0 to 0.3; on which configuration's tower is not said."""

@@ -175,6 +175,8 @@ class ConfigurationResult:
     without, with_codesign : CoDesign
         Lowest cost over the height at c = 0, and over height and c.
     estimate_effort, without_effort, codesign_effort : Effort
+    unsettled : tuple of OptimalTower
+        Of all that were sized, those whose loads are not their own to the threshold.
     """
 
     configuration: str
@@ -190,6 +192,7 @@ class ConfigurationResult:
     estimate_effort: Effort
     without_effort: Effort
     codesign_effort: Effort
+    unsettled: tuple[OptimalTower, ...]
 
     @property
     def true_change(self) -> FloatArray:
@@ -312,18 +315,31 @@ class _Configuration:
         self.height = sets.reference.rotor.hub_height
         soft = dataclasses.replace(settings.limits, frequency_margin=None)
         self.limits = settings.limits if name == "standard" else soft
+        self._every: list[Towers] = []
         self.towers = self._towers()
         self._phase("reference tower")
         self.reference = self.towers.at(self.height, 0.0)
 
     def _towers(self, known: tuple[OptimalTower, ...] = ()) -> Towers:
-        return Towers(
+        towers = Towers(
             self.sets,
             self.limits,
             threshold=self.settings.threshold,
             known=known,
             on_round=self.on_round,
         )
+        self._every.append(towers)
+        return towers
+
+    def _unsettled(self) -> tuple[OptimalTower, ...]:
+        """By hub height and weight, whichever search they belong to."""
+        found = {
+            (tower.hub_height, tower.tower_velocity): tower
+            for towers in self._every
+            for tower in towers.solved
+            if not tower.converged
+        }
+        return tuple(found[key] for key in sorted(found))
 
     def _phase(self, what: str) -> None:
         if self._on_phase is not None:
@@ -364,6 +380,7 @@ class _Configuration:
             estimate_effort=estimate_effort,
             without_effort=without_effort,
             codesign_effort=codesign_effort,
+            unsettled=self._unsettled(),
         )
 
     def _search(self, economics: Economics, *, with_weight: bool) -> tuple[CoDesign, Effort]:

@@ -70,6 +70,11 @@ class Towers:
         """Wall time of all sets, as when none had been kept, and of the sizings [s]."""
         return sum(self.used.values()) + self.sizing_seconds
 
+    @property
+    def solved(self) -> tuple[OptimalTower, ...]:
+        """All that are known."""
+        return tuple(self._solved.values())
+
     def at(self, hub_height: float, tower_velocity: float) -> OptimalTower:
         """Tower for a hub height [m] and a weight [s^2/m^2].
 

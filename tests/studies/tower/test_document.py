@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import io
 import json
 import math
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 from tower_factories import SETTINGS, ClosedSets
 
+from pitchopt.cli.tower_tables import print_tower
 from pitchopt.exports import document_text
 from pitchopt.studies.tower import (
     MEAN_DAMAGE_CHANGE,
@@ -69,8 +71,8 @@ def test_document_is_complete(study, document):
     for name, part in document["configurations"].items():
         result = study.results[name]
         assert list(part) == [
-            "reference", "estimates", "truth", "maps", "cost_change", "without", "codesign",
-            "effort",
+            "reference", "estimates", "truth", "maps", "cost_change", "unsettled", "without",
+            "codesign", "effort",
         ]  # fmt: skip
         reference = part["reference"]
         assert reference["mass"] == result.reference.mass
@@ -138,6 +140,33 @@ def test_every_figure_of_the_paper_stands_in_a_row(study):
         assert sorted(v for v in shown if v is not None) == sorted(
             [*figures.values(), MEAN_DAMAGE_CHANGE]
         )
+
+
+def test_figures_of_the_paper_are_left_out_for_another_turbine(study):
+    rows = comparison_rows(dataclasses.replace(study, turbine="nrel-5mw"))
+    assert [row["paper"] for row in rows] == [None] * len(rows)
+    assert [row["ours"] for row in rows] == [row["ours"] for row in comparison_rows(study)]
+
+
+def test_what_did_not_converge_is_told(study, capsys):
+    print_tower(json.loads(document_text(tower_document(study))))
+    assert capsys.readouterr().out.count("all towers and searches converged") == 2
+    part = study.results["standard"]
+    assert part.unsettled == ()
+    tower = dataclasses.replace(part.truth[2], converged=False)
+    stopped = dataclasses.replace(
+        part.with_codesign, search=dataclasses.replace(part.with_codesign.search, converged=False)
+    )
+    part = dataclasses.replace(part, unsettled=(tower,), with_codesign=stopped)
+    other = dataclasses.replace(study, results={"standard": part})
+    document = json.loads(document_text(tower_document(other)))
+    print_tower(document)
+    shown = capsys.readouterr().out
+    assert shown.count("not converged\n") == 1
+    assert "  tower at a hub height of 110 m with c = 0.3: sizes still change by 0." in shown
+    count = len(part.with_codesign.search.values)
+    assert f"  search of the lowest cost over height and c: stopped after {count} towers" in shown
+    assert "at c = 0: stopped" not in shown
 
 
 def test_csv_is_the_rows(study):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import errno
 import math
 import os
 import signal
@@ -416,6 +417,19 @@ def test_stopped_while_writing_leaves_no_file(make, design, folder, memory, monk
     path.unlink()
     monkeypatch.setattr(np, "savez_compressed", half)
     with pytest.raises(KeyboardInterrupt):
+        make(folder=folder)._store(memory[1])
+    assert list(folder.iterdir()) == []
+
+
+def test_full_disk_is_one_clear_error(make, design, folder, memory, monkeypatch):
+    def full(file, **_):
+        file.write(b"PK half")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    (path,) = folder.iterdir()
+    path.unlink()
+    monkeypatch.setattr(np, "savez_compressed", full)
+    with pytest.raises(ComputationError, match=r"could not be written \(No space left on device\)"):
         make(folder=folder)._store(memory[1])
     assert list(folder.iterdir()) == []
 
