@@ -133,7 +133,7 @@ def _study_options(function: Any) -> Any:
             ),
             click.option(
                 "--threshold", type=Option("x", between(1e-5, 0.01, "-")), metavar="X",
-                help="Change of any diameter or wall that calls for new loads.  [default: 0.002]",
+                help="Change of any diameter or wall that calls for new loads.  [default: 0.0005]",
             ),
             click.option(
                 "--follow-height", is_flag=True,

@@ -68,7 +68,9 @@ class TowerStudySettings:
     step : float
         Forward step of the first-order estimate, one of the weights [s^2/m^2].
     threshold : float
-        Largest change of a diameter or wall that leaves the loads frozen [-].
+        Largest change of a diameter or wall that leaves the loads frozen [-].  What is left of it
+        goes into every change of the mass, some of which are smaller than the paper's threshold
+        of 1 %.
     true_map : bool
         Size a tower at every point of the map.
     follow_height : bool
@@ -86,7 +88,7 @@ class TowerStudySettings:
     weights: tuple[float, ...] = (0.0, 0.03, 0.1, 0.2, 0.3)
     height_factors: tuple[float, ...] = (0.9, 1.0, 1.1, 1.2)
     step: float = 0.03
-    threshold: float = 0.002
+    threshold: float = 0.0005
     true_map: bool = True
     follow_height: bool = False
 

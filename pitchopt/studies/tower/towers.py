@@ -55,7 +55,7 @@ class Towers:
         sets: LoadSets,
         limits: TowerLimits,
         *,
-        threshold: float = 0.002,
+        threshold: float = 0.0005,
         known: tuple[OptimalTower, ...] = (),
         on_round: Callable[[float, float, Round], None] | None = None,
     ) -> None:
