@@ -21,6 +21,8 @@ from pitchopt.sensitivity.rows import Layout
 
 __all__ = ["unmet_convex", "unmet_linear"]
 
+LEAVE_OUT = "check_feasible=False leaves it out"
+
 
 def unmet_convex(problem: Any, pieces: Sequence[Piece], tolerance: float) -> Unmet:
     """Rows of a convex problem that cannot be met, at the present values of its parameters.
@@ -39,8 +41,7 @@ def unmet_convex(problem: Any, pieces: Sequence[Piece], tolerance: float) -> Unm
     for constraint, piece in zip(problem.constraints, pieces, strict=False):
         block = piece.block
         s = cp.Variable(block.rows, nonneg=True)
-        # a slack counts against the size of what it relaxes
-        size = float(np.max(np.abs(piece.value()), initial=0.0)) or 1.0
+        size = _size(constraint)
         slacks.append((piece, s, size))
         relaxed += _relaxed(constraint, piece, s, cp)
     if not slacks:
@@ -52,18 +53,29 @@ def unmet_convex(problem: Any, pieces: Sequence[Piece], tolerance: float) -> Unm
             warnings.simplefilter("ignore")
             elastic.solve(solver=cp.CLARABEL)
     except cp.error.SolverError as error:
-        raise ComputationError(f"feasibility at the new parameter: {error}") from error
+        raise ComputationError(f"feasibility at the new parameter: {error}; {LEAVE_OUT}") from error
     if elastic.status == cp.INFEASIBLE:
         return Unmet(("signs and bounds of variables, or the domain of a function",))
     if elastic.status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
         raise ComputationError(
-            f"feasibility at the new parameter: the solver ended with {elastic.status}"
+            f"feasibility at the new parameter: the solver ended with {elastic.status}; {LEAVE_OUT}"
         )
     names = []
     for piece, s, size in slacks:
         above = np.flatnonzero(solid(s.value) > tolerance * size)
         names += [piece.block.row_name(int(i)) for i in above]
     return Unmet(tuple(names))
+
+
+def _size(constraint: Any) -> float:
+    """What a slack counts against: the sides of a constraint and their terms.
+
+    Their difference would not do, which is next to nothing where the constraint is active.
+    """
+    sides = list(constraint.args)
+    parts = [*sides, *(term for side in sides for term in side.args)]
+    values = [solid(part.value) for part in parts if part.value is not None]
+    return max((float(np.max(np.abs(v), initial=0.0)) for v in values), default=0.0) or 1.0
 
 
 def _relaxed(constraint: Any, piece: Piece, s: Any, cp: Any) -> list[Any]:
@@ -133,6 +145,6 @@ def unmet_linear(
         method="highs",
     )
     if found.status != 0:
-        raise ComputationError(f"feasibility to first order: {found.message}")
+        raise ComputationError(f"feasibility to first order: {found.message}; {LEAVE_OUT}")
     rows = np.flatnonzero(found.x[n:] > tolerance)
     return Unmet(tuple(layout.name(int(i)) for i in rows), "to first order")
