@@ -21,6 +21,7 @@ from pitchopt.sensitivity.rows import Layout
 
 __all__ = ["unmet_convex", "unmet_linear"]
 
+TINY = 1e-9
 LEAVE_OUT = "check_feasible=False leaves it out"
 
 
@@ -37,16 +38,16 @@ def unmet_convex(problem: Any, pieces: Sequence[Piece], tolerance: float) -> Unm
     import cvxpy as cp
 
     relaxed: list[Any] = []
-    slacks: list[tuple[Piece, Any, float]] = []
+    slacks: list[tuple[Piece, Any, FloatArray]] = []
     for constraint, piece in zip(problem.constraints, pieces, strict=False):
         block = piece.block
         s = cp.Variable(block.rows, nonneg=True)
-        size = _size(constraint)
+        size = _sizes(constraint, piece)
         slacks.append((piece, s, size))
         relaxed += _relaxed(constraint, piece, s, cp)
     if not slacks:
         return Unmet(())
-    total = sum(cp.sum(s) / size for _, s, size in slacks)
+    total = sum((1.0 / size) @ s for _, s, size in slacks)
     elastic = cp.Problem(cp.Minimize(total), relaxed)
     try:
         with warnings.catch_warnings():  # whether it is DPP, or accurate, matters to nobody here
@@ -67,15 +68,23 @@ def unmet_convex(problem: Any, pieces: Sequence[Piece], tolerance: float) -> Unm
     return Unmet(tuple(names))
 
 
-def _size(constraint: Any) -> float:
-    """What a slack counts against: the sides of a constraint and their terms.
+def _sizes(constraint: Any, piece: Piece) -> FloatArray:
+    """What the slack of each row counts against: the sides of a constraint and their terms.
 
     Their difference would not do, which is next to nothing where the constraint is active.
     """
-    sides = list(constraint.args)
-    parts = [*sides, *(term for side in sides for term in side.args)]
-    values = [solid(part.value) for part in parts if part.value is not None]
-    return max((float(np.max(np.abs(v), initial=0.0)) for v in values), default=0.0) or 1.0
+    rows = piece.block.rows
+    own, largest = np.zeros(rows), 0.0
+    for side in constraint.args:
+        for part in (side, *side.args):
+            if part.value is None:
+                continue
+            value = np.abs(solid(part.value)).ravel(order="F")
+            largest = max(largest, float(np.max(value, initial=0.0)))
+            if value.size == rows or (part is side and value.size == 1):
+                own = np.maximum(own, value)
+    largest = largest or 1.0
+    return np.where(own > TINY * largest, own, largest)
 
 
 def _relaxed(constraint: Any, piece: Piece, s: Any, cp: Any) -> list[Any]:

@@ -51,6 +51,17 @@ def test_multipliers_that_are_not_unique_are_no_feasibility_failure(dc):
     assert estimate.active_set.verdict == "broken"
 
 
+def test_row_far_smaller_than_its_neighbours_is_in_the_way():
+    x, c = cp.Variable(2), cp.Parameter(value=1.0)
+    rows = cp.hstack([x[0], -1e-7 * x[0], 1e6 * x[1]]) >= cp.hstack([c, -2e-7, 1.0])
+    problem = cp.Problem(cp.Minimize(x[0] + 1e-6 * x[1]), [rows])
+    problem.solve(solver=cp.CLARABEL)
+    post = PostOptimum.from_cvxpy(problem, c)
+    assert post.estimate(0.5).high_order == pytest.approx(0.5, rel=1e-6)
+    with pytest.raises(InputError, match="no design meets all"):
+        post.estimate(1.5)
+
+
 @pytest.mark.parametrize("dc", [-0.02, -0.002, 0.002, 0.02])
 def test_cone_and_norm_have_the_same_curvature(dc):
     norm, cone = (PostOptimum.from_cvxpy(*portfolio(k)).estimate(dc) for k in ("norm", "cone"))
