@@ -11,6 +11,7 @@ from pitchopt.fatigue.lifetime import (
     combine_loads,
     weibull_weights,
 )
+from pitchopt.fatigue.spectrum import range_spectra
 
 __all__ = [
     "Cycles",
@@ -23,5 +24,6 @@ __all__ = [
     "equivalent_load",
     "miner_damage",
     "rainflow",
+    "range_spectra",
     "weibull_weights",
 ]

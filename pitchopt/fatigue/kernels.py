@@ -7,8 +7,9 @@ for the type checker because numba infers types of its own.
 from __future__ import annotations
 
 import numba as nb
+import numpy as np
 
-__all__ = ["count_cycles"]
+__all__ = ["count_cycles", "count_spectra"]
 
 
 @nb.njit(cache=True, nogil=True)
@@ -83,3 +84,23 @@ def count_cycles(signal, start, repeat, stack, ranges, means, counts):  # type: 
         counts[found] = 0.5
         found += 1
     return found
+
+
+@nb.njit(cache=True, nogil=True)
+def count_spectra(signals, log_first, width, bins):  # type: ignore[no-untyped-def]
+    """Cycles of signals (K, n) by logarithmic bins of their ranges (K, bins).
+
+    See `pitchopt.fatigue.spectrum`; residues count as half cycles.
+    """
+    rows, n = signals.shape
+    stack = np.empty(n + 1)
+    ranges = np.empty(n + 1)
+    means = np.empty(n + 1)
+    counts = np.empty(n + 1)
+    out = np.zeros((rows, bins))
+    for k in range(rows):
+        found = count_cycles(signals[k], 0, False, stack, ranges, means, counts)
+        for i in range(found):
+            place = round((np.log(ranges[i]) - log_first) / width)
+            out[k, int(min(max(place, 0), bins - 1))] += counts[i]
+    return out

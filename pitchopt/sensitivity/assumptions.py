@@ -6,7 +6,9 @@ that dx leaves or cannot hold.  Rows that do not depend on c are only ever reach
 active rows determine dx, at a vertex, rows that it repairs again do not count.
 A2, no coupling: norm of D (grad_x L(x*, c_r + dc) - grad_x L(x*, c_r)) over that of D grad_x f.
 At an exact optimum the second gradient is zero; subtracting it leaves out what the solver left.
-A1, linearity: |L(x* + dx, c_r) - L(x*, c_r)| over the size of the estimate.
+A1, linearity: |L(x* + dx, c_r) - L(x*, c_r)| over the size of the estimate.  The entries of a cone
+may be linear in x and the cone still bends: its excess at (x* + dx, c_r + dc) times its multiplier,
+less what L has of it already, is added.
 """
 
 from __future__ import annotations
@@ -69,10 +71,10 @@ def coupling(local: Local, there: Gradients | None, thresholds: Thresholds) -> A
 
 
 def linearity(
-    model: Model, local: Local, start: Values, step: FloatArray, estimate: float,
-    thresholds: Thresholds,
+    model: Model, local: Local, start: Values, step: FloatArray, moved: Values | None,
+    estimate: float, thresholds: Thresholds,
 ) -> Assumption:  # fmt: skip
-    """A1."""
+    """A1; `moved` is at (x* + dx, c_r + dc), None outside the domain."""
     limit = thresholds.linearity
     try:
         there = model.values(model.reference, step)
@@ -80,6 +82,9 @@ def linearity(
         return not_judged(A1, "the predicted step leaves the domain of the functions", limit)
     off = there.objective - start.objective
     off = abs(off + float(model.multipliers @ (there.entries - start.entries)))
+    if moved is not None:
+        bent = model.layout.bent(model.multipliers, moved.entries)
+        off += max(bent - model.layout.bent(model.multipliers, start.entries), 0.0)
     if off <= NEGLIGIBLE * local.size:
         measure = 0.0
     else:

@@ -237,7 +237,10 @@ class ConvexModel:
     def _jacobian(self, expression: Any) -> sparse.csr_array | None:
         """Rows for the entries of the expression, columns for all variables."""
         n, m = int(self._starts[-1]), int(expression.size)
-        gradient = expression.grad
+        try:
+            gradient = expression.grad
+        except NotImplementedError:  # cvxpy has none for some functions, such as norm_inf
+            return None
         rows, columns, data = [np.zeros(0, int)], [np.zeros(0, int)], [np.zeros(0)]
         for variable, start in zip(self._variables, self._starts[:-1], strict=True):
             if variable not in gradient:

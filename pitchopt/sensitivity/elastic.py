@@ -21,6 +21,9 @@ from pitchopt.sensitivity.rows import Layout
 
 __all__ = ["unmet_convex", "unmet_linear"]
 
+TINY = 1e-9
+LEAVE_OUT = "check_feasible=False leaves it out"
+
 
 def unmet_convex(problem: Any, pieces: Sequence[Piece], tolerance: float) -> Unmet:
     """Rows of a convex problem that cannot be met, at the present values of its parameters.
@@ -35,35 +38,53 @@ def unmet_convex(problem: Any, pieces: Sequence[Piece], tolerance: float) -> Unm
     import cvxpy as cp
 
     relaxed: list[Any] = []
-    slacks: list[tuple[Piece, Any, float]] = []
+    slacks: list[tuple[Piece, Any, FloatArray]] = []
     for constraint, piece in zip(problem.constraints, pieces, strict=False):
         block = piece.block
         s = cp.Variable(block.rows, nonneg=True)
-        # a slack counts against the size of what it relaxes
-        size = float(np.max(np.abs(piece.value()), initial=0.0)) or 1.0
+        size = _sizes(constraint, piece)
         slacks.append((piece, s, size))
         relaxed += _relaxed(constraint, piece, s, cp)
     if not slacks:
         return Unmet(())
-    total = sum(cp.sum(s) / size for _, s, size in slacks)
+    total = sum((1.0 / size) @ s for _, s, size in slacks)
     elastic = cp.Problem(cp.Minimize(total), relaxed)
     try:
         with warnings.catch_warnings():  # whether it is DPP, or accurate, matters to nobody here
             warnings.simplefilter("ignore")
             elastic.solve(solver=cp.CLARABEL)
     except cp.error.SolverError as error:
-        raise ComputationError(f"feasibility at the new parameter: {error}") from error
+        raise ComputationError(f"feasibility at the new parameter: {error}; {LEAVE_OUT}") from error
     if elastic.status == cp.INFEASIBLE:
         return Unmet(("signs and bounds of variables, or the domain of a function",))
     if elastic.status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
         raise ComputationError(
-            f"feasibility at the new parameter: the solver ended with {elastic.status}"
+            f"feasibility at the new parameter: the solver ended with {elastic.status}; {LEAVE_OUT}"
         )
     names = []
     for piece, s, size in slacks:
         above = np.flatnonzero(solid(s.value) > tolerance * size)
         names += [piece.block.row_name(int(i)) for i in above]
     return Unmet(tuple(names))
+
+
+def _sizes(constraint: Any, piece: Piece) -> FloatArray:
+    """What the slack of each row counts against: the sides of a constraint and their terms.
+
+    Their difference would not do, which is next to nothing where the constraint is active.
+    """
+    rows = piece.block.rows
+    own, largest = np.zeros(rows), 0.0
+    for side in constraint.args:
+        for part in (side, *side.args):
+            if part.value is None:
+                continue
+            value = np.abs(solid(part.value)).ravel(order="F")
+            largest = max(largest, float(np.max(value, initial=0.0)))
+            if value.size == rows or (part is side and value.size == 1):
+                own = np.maximum(own, value)
+    largest = largest or 1.0
+    return np.where(own > TINY * largest, own, largest)
 
 
 def _relaxed(constraint: Any, piece: Piece, s: Any, cp: Any) -> list[Any]:
@@ -133,6 +154,6 @@ def unmet_linear(
         method="highs",
     )
     if found.status != 0:
-        raise ComputationError(f"feasibility to first order: {found.message}")
+        raise ComputationError(f"feasibility to first order: {found.message}; {LEAVE_OUT}")
     rows = np.flatnonzero(found.x[n:] > tolerance)
     return Unmet(tuple(layout.name(int(i)) for i in rows), "to first order")

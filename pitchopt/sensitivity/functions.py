@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
-from pitchopt.checks import FloatArray, finite_array
+from pitchopt.checks import FloatArray, finite_array, finite_number
 from pitchopt.errors import ComputationError, InputError
 from pitchopt.sensitivity.differences import settled_derivative
 from pitchopt.sensitivity.elastic import unmet_linear
@@ -33,7 +33,10 @@ def sense_sign(sense: str) -> float:
 def parameter_array(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """Finite float copy of a number or an array of any shape."""
     try:
-        array = np.array(value, dtype=np.float64)
+        array = np.array(value)
+        if array.dtype.kind not in "iuf":
+            raise TypeError
+        array = array.astype(np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"{name}: got {value!r}, expected a number or numbers") from error
     if array.size == 0 or not np.isfinite(array).all():
@@ -130,9 +133,7 @@ class FunctionModel:
         self.layout, self.multipliers = parts.layout, parts.multipliers
         self._functions = [("f", f), ("g", g), ("h", h)]
         self._c_gradients, self._x_gradients = c_gradients, x_gradients
-        self._step = None if step is None else float(parameter_array("step", step).reshape(()))
-        if self._step is not None and self._step <= 0.0:
-            raise InputError(f"step: got {step}, expected a positive length of dc")
+        self._step = None if step is None else finite_number("step", step, above=0.0)
         self._scale = (
             sizes(self._x)
             if x_scale is None
@@ -211,12 +212,11 @@ class FunctionModel:
     # -- inside ---------------------------------------------------------------------------------
 
     def _evaluate(self, x: FloatArray, c: NDArray[np.float64]) -> Values:
-        point = float(c) if c.ndim == 0 else c.copy()
         found: list[FloatArray] = []
         for name, function in self._functions:
             if function is None:
                 continue
-            raw = function(x.copy(), point)
+            raw = function(x.copy(), float(c) if c.ndim == 0 else c.copy())
             try:
                 value = np.atleast_1d(np.asarray(raw, dtype=np.float64)).ravel()
             except (TypeError, ValueError) as error:

@@ -30,7 +30,7 @@ from pitchopt.sensitivity.estimate import Thresholds
 from pitchopt.sensitivity.faces import held_sums
 from pitchopt.sensitivity.model import Gradients, Model, Values
 
-__all__ = ["Local", "Rows", "classify"]
+__all__ = ["Local", "Rows", "check_optimum", "rows_without_gradients"]
 
 PROBE = 0.1
 DENSE = 4_000_000
@@ -62,6 +62,16 @@ def classify(
     carrying = layout.equality | clear
     idle = ~carrying & ((distance <= thresholds.active) | (distance <= CLEAR * carried))
     return Rows(carrying, idle, ~carrying & ~idle, length, distance)
+
+
+def rows_without_gradients(model: Model, values: Values, thresholds: Thresholds) -> Rows:
+    """Rows measured by their own sizes, where there are no gradients in x."""
+    layout, r = model.layout, values.entries
+    own = np.sqrt(layout.sums(r**2))
+    length = np.where(own > 0.0, own, 1.0)
+    carried = np.abs(layout.multiplier(model.multipliers)) * length
+    size = float(np.max(carried, initial=0.0)) or 1.0
+    return classify(model, values, length, size, thresholds)
 
 
 class Local:
@@ -146,3 +156,44 @@ class Local:
             self._factors = (u[:, kept], s[kept], vt[kept])
         u, s, vt = self._factors
         return np.asarray(vt.T @ ((u.T @ wanted) / s))
+
+
+def check_optimum(
+    local: Local, model: Model, values: Values, limit: float, *, smooth: bool
+) -> None:
+    """`InputError` if x* and the multipliers are no optimum at c_r.
+
+    Parameters
+    ----------
+    local : Local
+    model : Model
+    values : Values
+        At x* and c_r.
+    limit : float
+        Violation, slack with a multiplier and stationarity that are accepted.
+    smooth : bool
+        Whether stationarity has to hold, as it does without kinks.
+    """
+    layout, rows = model.layout, local.rows
+    excess = layout.excess(values.entries) / rows.length
+    carried = np.abs(layout.multiplier(model.multipliers)) * rows.length / local.size
+    worst = int(np.argmax(excess)) if excess.size else 0
+    if excess.size and excess[worst] > limit:
+        raise InputError(
+            f"x: violates constraint {layout.name(worst)} at the reference by "
+            f"{excess[worst]:.2g} of the size of x; expected the optimum at c_r"
+        )
+    slack = np.minimum(np.where(layout.equality, 0.0, -excess), carried)
+    worst = int(np.argmax(slack)) if slack.size else 0
+    if slack.size and slack[worst] > limit:
+        raise InputError(
+            f"multipliers: constraint {layout.name(worst)} has one and is not active at the "
+            f"reference (off by {-excess[worst]:.2g} of the size of x); expected those of the "
+            "optimum at c_r, and x_scale where x is near zero"
+        )
+    if smooth and local.stationarity > limit:
+        raise InputError(
+            f"multipliers: grad_x L is {local.stationarity:.2g} of the size of grad_x f at x*, "
+            f"expected at most {limit:.2g}: they do not belong to this optimum, or their signs "
+            "or those of the constraints are turned (Thresholds(wrong=inf) accepts any)"
+        )

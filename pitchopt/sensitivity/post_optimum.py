@@ -30,7 +30,11 @@ from pitchopt.errors import InputError
 from pitchopt.sensitivity import assumptions as judging
 from pitchopt.sensitivity.estimate import Estimate, Thresholds
 from pitchopt.sensitivity.functions import Function, FunctionModel, GradientsOf, parameter_array
-from pitchopt.sensitivity.local import Local, Rows, classify
+from pitchopt.sensitivity.local import (
+    Local,
+    check_optimum,
+    rows_without_gradients,
+)
 from pitchopt.sensitivity.model import Counts, Model, Values
 from pitchopt.sensitivity.rows import listed
 from pitchopt.sensitivity.table import TableModel
@@ -58,8 +62,12 @@ class PostOptimum:
         gradients = model.gradients(model.reference)
         if gradients is not None:
             self._local = Local(model, self._start, gradients, self._thresholds)
-        self._rows = self._local.rows if self._local is not None else self._rows_without_gradients()
-        self._checked_optimum()
+        if self._local is None:
+            self._rows = rows_without_gradients(model, self._start, self._thresholds)
+        else:
+            self._rows = self._local.rows
+            smooth = isinstance(model, FunctionModel)
+            check_optimum(self._local, model, self._start, self._thresholds.wrong, smooth=smooth)
 
     @classmethod
     def from_functions(
@@ -102,8 +110,9 @@ class PostOptimum:
         names, equality_names : str or sequence of str, optional
             Of the rows of g and h: one each, or one that is numbered.
         c_gradients : callable, optional
-            (x, c) -> gradients in c of f (k,), g (m, k), h (p, k), for those given; without it,
-            differences along dc whose step is checked, three or more evaluations a direction.
+            (x, c) -> gradients in c of f (k,), g (m, k), h (p, k), for those given, not checked;
+            without it, differences along dc whose step is checked, three or more evaluations a
+            direction.
         x_gradients : callable, "differences" or "none"
             (x, c) -> gradients in x of f (n,), g (m, n), h (p, n).  Differences take 4 n
             evaluations at c_r and at every dc; "none" evaluates no other x and leaves the
@@ -112,8 +121,8 @@ class PostOptimum:
             Prescribed length of a forward step in c for first_order: one evaluation a direction,
             none if that dc is estimated too, and no estimate of its error.
         x_scale : (n,) array_like, optional
-            Sizes of the variables; otherwise their absolute values, and where these are zero that
-            of the largest.
+            Sizes of the variables; otherwise their absolute values, and where these are below
+            1e-12 of the largest the size of that.
         thresholds : Thresholds, optional
 
         Raises
@@ -329,7 +338,8 @@ class PostOptimum:
                 self._feasible(c, there)
             return parts
         step, left_over = local.step(there.entries - self._start.entries)
-        attained = self._attained(c, step)
+        moved = self._moved(c, step)
+        attained = None if moved is None else self._attained(moved)
         if check_feasible and attained is None:
             self._feasible(c, there)
         step.setflags(write=False)
@@ -338,7 +348,7 @@ class PostOptimum:
                 model, self._rows, there, limits, local=local, step=step, left_over=left_over
             ),
             "coupling": judging.coupling(local, model.gradients(c), limits),
-            "linearity": judging.linearity(model, local, self._start, step, high, limits),
+            "linearity": judging.linearity(model, local, self._start, step, moved, high, limits),
             "stationarity": judging.stationarity(local, limits),
             "attained": attained,
             "predicted_step": step,
@@ -360,11 +370,13 @@ class PostOptimum:
         allowed = np.maximum(-self._rows.distance, 0.0) + self._thresholds.feasible
         return bool((excess > allowed).any())
 
-    def _attained(self, c: NDArray[np.float64], step: FloatArray) -> float | None:
+    def _moved(self, c: NDArray[np.float64], step: FloatArray) -> Values | None:
         try:
-            moved = self._model.values(c, step)
+            return self._model.values(c, step)
         except InputError:  # the predicted design is outside the domain of the functions
             return None
+
+    def _attained(self, moved: Values) -> float | None:
         if self._exceeds(moved):
             return None
         return float(self._model.sense * (moved.objective - self._start.objective))
@@ -378,42 +390,4 @@ class PostOptimum:
             raise InputError(
                 f"dc: with {(c - self._model.reference).tolist()} no design meets all "
                 f"constraints{note}; in the way: {listed(unmet.names)}; expected a smaller dc"
-            )
-
-    def _rows_without_gradients(self) -> Rows:
-        layout, r = self._model.layout, self._start.entries
-        own = np.sqrt(layout.sums(r**2))
-        length = np.where(own > 0.0, own, 1.0)
-        carried = np.abs(layout.multiplier(self._model.multipliers)) * length
-        size = float(np.max(carried, initial=0.0)) or 1.0
-        return classify(self._model, self._start, length, size, self._thresholds)
-
-    def _checked_optimum(self) -> None:
-        """`InputError` if x* and the multipliers are no optimum at c_r."""
-        local, limit = self._local, self._thresholds.wrong
-        if local is None:
-            return
-        layout, rows = self._model.layout, self._rows
-        excess = layout.excess(self._start.entries) / rows.length
-        carried = np.abs(layout.multiplier(self._model.multipliers)) * rows.length / local.size
-        worst = int(np.argmax(excess)) if excess.size else 0
-        if excess.size and excess[worst] > limit:
-            raise InputError(
-                f"x: violates constraint {layout.name(worst)} at the reference by "
-                f"{excess[worst]:.2g} of the size of x; expected the optimum at c_r"
-            )
-        slack = np.minimum(np.where(layout.equality, 0.0, -excess), carried)
-        worst = int(np.argmax(slack)) if slack.size else 0
-        if slack.size and slack[worst] > limit:
-            raise InputError(
-                f"multipliers: constraint {layout.name(worst)} has one and is not active at the "
-                f"reference (off by {-excess[worst]:.2g} of the size of x); expected those of the "
-                "optimum at c_r"
-            )
-        smooth = isinstance(self._model, FunctionModel)
-        if smooth and local.stationarity > limit:
-            raise InputError(
-                f"multipliers: grad_x L is {local.stationarity:.2g} of the size of grad_x f at x*, "
-                f"expected at most {limit:.2g}: they do not belong to this optimum, or their signs "
-                "or those of the constraints are turned (Thresholds(wrong=inf) accepts any)"
             )

@@ -108,6 +108,22 @@ class Block:
             return np.asarray(np.trace(entries.reshape(-1, side, side), axis1=1, axis2=2))
         return np.asarray(np.linalg.norm(entries, axis=1))
 
+    def bent(self, multipliers: FloatArray, entries: FloatArray) -> float:
+        """What cones add to L of the same rows written as excess <= 0: w e(r) - lambda . r >= 0.
+
+        w is the multiplier of such a row; e is convex and lambda / w its gradient at the optimum.
+        """
+        if self.width == 1:
+            return 0.0
+        if self.kind == "exponential":
+            weight = np.maximum(multipliers[:, 2], 0.0)
+        elif self.kind == "power":
+            weight = np.abs(multipliers[:, -1])
+        else:
+            weight = np.maximum(self.multiplier(multipliers), 0.0)
+        above = weight * self.excess(entries) - np.sum(multipliers * entries, axis=1)
+        return float(np.sum(np.maximum(above, 0.0)))
+
 
 def _exponential_excess(a: FloatArray) -> FloatArray:
     x, y, z = a.T
@@ -191,6 +207,16 @@ class Layout:
     def multiplier(self, entries: FloatArray) -> FloatArray:
         """One number for the multiplier of each row (M,), of all multipliers (N,)."""
         return self._by_block("multiplier", entries)
+
+    def bent(self, multipliers: FloatArray, entries: FloatArray) -> float:
+        """What cones add to L of the same rows written as excess <= 0, of all entries (N,)."""
+        total, start = 0.0, 0
+        for block in self.blocks:
+            part = slice(start, start + block.size)
+            shape = (block.rows, block.width)
+            total += block.bent(multipliers[part].reshape(shape), entries[part].reshape(shape))
+            start += block.size
+        return total
 
     def _by_block(self, method: Literal["excess", "multiplier"], entries: FloatArray) -> FloatArray:
         parts: list[FloatArray] = []

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pitchopt.checks import FloatArray
+from pitchopt.checks import FloatArray, finite_number
 from pitchopt.errors import InputError
 from pitchopt.sensitivity.functions import Parts, parameter_array, sense_sign
 from pitchopt.sensitivity.model import Counts, Gradients, Slope, Unmet, Values
@@ -67,7 +67,7 @@ class TableModel:
         self.layout, self.multipliers = parts.layout, parts.multipliers
         self._objective = self.sense * values
         self._entries = np.concatenate([np.zeros((count, 0)), lam[1], nu[1]], axis=1)
-        self._step = None if step is None else float(parameter_array("step", step).reshape(()))
+        self._step = None if step is None else finite_number("step", step, above=0.0)
         self.counts = Counts()
 
     @property

@@ -72,6 +72,11 @@ FIGURES = {
         "study": ["method", "workers", "evaluations_per_second", "share_asking", "share_writing"],
         "limit": ["method", "efficiency", "ask_limit_per_second", "speedup"],
     },
+    "sensitivity": {
+        "convex program": ["ratio", "ratio_not_judged", "error_high_order", "rows"],
+        "set of simulations": ["seconds", "seconds_aim", "simulations"],
+        "sizing": ["seconds", "slsqp_seconds", "mass_difference", "slsqp_largest_violation"],
+    },
     "scp_vs_ipopt": {
         "trade-off point": ["ratio", "objective_lead_percent", "ratio_is_lower_bound"],
         "summary": ["formulations", "fastest_formulation"],

@@ -132,7 +132,12 @@ def test_mass_change(axes, known):
 def test_cost_map(axes):
     heights = np.array([99.0, 110.0, 121.0, 132.0])
     cost = 41.0 + 2e-3 * (heights[:, None] - 114.0) ** 2 + 2.0 * (WEIGHTS - 0.2) ** 2
-    costs = CostMap(heights=heights, weights=WEIGHTS, mass=cost, energy=cost, cost=cost)
+
+    class Mass:
+        def cost(self, hub_height, mass, energy):
+            return np.asarray(mass)
+
+    costs = CostMap(heights=heights, weights=WEIGHTS, mass=cost, energy=cost, economics=Mass())
     plot_cost_map(costs, reference_height=110.0, reference_cost=41.0, ax=axes)
     alone, both = axes.get_lines()
     for line, weight in ((alone, 0.0), (both, None)):

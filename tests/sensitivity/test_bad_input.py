@@ -226,7 +226,7 @@ def made(**options):
             {"x_gradients": lambda _x, _c: ([1.0],)},
             "x_gradients: expected gradients of f, g",
         ),
-        ({"step": -0.1}, "step: got -0.1, expected a positive length"),
+        ({"step": -0.1}, "step: got -0.1, expected a finite number above"),
         ({"x_scale": [0.0]}, "x_scale: expected positive sizes"),
         ({"names": ["a"]}, "names of g: got 1, expected 2"),
     ],

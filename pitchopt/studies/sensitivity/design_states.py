@@ -61,14 +61,15 @@ class States:
     name : str
         Of the parameter.
     all_ends : bool
-        Whether moved ends of the range count where none of them has a multiplier.
+        Whether moved ends of the range count where none that moves has a multiplier.
     """
 
     def __init__(self, point: DesignPoint, name: str, *, all_ends: bool) -> None:
         self.point, self.name = point, name
         self.reference = point.value(name)
         kkt, problem, objective = point.stationary, point.problem, point.objective
-        self._ends_matter = all_ends or bool(np.any(kkt.lower) or np.any(kkt.upper))
+        ends = {"lower": [kkt.lower], "upper": [kkt.upper]}.get(name, [kkt.lower, kkt.upper])
+        self._ends_matter = all_ends or any(np.any(end) for end in ends)
         self._frozen = FrozenLines(
             curves=problem.curves,
             profile=point.design.profile,

@@ -34,6 +34,7 @@ from pitchopt.design.cones import ConeProgram
 from pitchopt.design.multipliers import Multipliers
 from pitchopt.design.problem import DesignProblem, Objective
 from pitchopt.errors import ComputationError
+from pitchopt.studies.sensitivity.neighbours import neighbours
 
 Entry = tuple[Any, Any, Any]
 
@@ -112,35 +113,6 @@ class Stationary:
         return float(np.max(np.abs(self.residual))) / self.scale
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Neighbours:
-    """Slopes and room on both sides of every station."""
-
-    left: FloatArray
-    right: FloatArray
-    down: FloatArray
-    up: FloatArray
-    at_bottom: NDArray[np.bool_]
-    at_top: NDArray[np.bool_]
-    at_kink: NDArray[np.bool_]
-
-
-def _neighbours(problem: DesignProblem, profile: FloatArray, reach: float) -> _Neighbours:
-    curves = problem.curves
-    rows = np.arange(curves.stations)
-    below = curves.segment(profile - reach)
-    above = curves.segment(profile + reach)
-    return _Neighbours(
-        left=curves.slopes[:, rows, below],
-        right=curves.slopes[:, rows, above],
-        down=np.maximum(profile - curves.beta[rows, below], 0.0),
-        up=np.maximum(curves.beta[rows, above + 1] - profile, 0.0),
-        at_bottom=profile - curves.lower <= reach,
-        at_top=curves.upper - profile <= reach,
-        at_kink=above > below,
-    )
-
-
 def stationary(problem: DesignProblem, objective: Objective, profile: FloatArray) -> Stationary:
     """Multipliers of the design problem at a profile that solves it locally.
 
@@ -180,7 +152,7 @@ class _Local:
         self.problem, self.objective, self.profile = problem, objective, profile
         self.reach = reach
         self.curves = problem.curves
-        self.near = _neighbours(problem, profile, reach)
+        self.near = neighbours(problem, profile, reach)
         self.loads = self.curves.evaluate(profile)
         self.index = np.arange(profile.size)
         self.program = ConeProgram()

@@ -21,11 +21,11 @@ from pitchopt.studies.tower.estimates import (
     station_damage,
 )
 from pitchopt.studies.tower.fatigue_loads import (
+    BIN_WIDTH,
     MOMENT_BINS,
     FatigueLoads,
     JointDamage,
     Weld,
-    bin_places,
     section_modulus,
 )
 from pitchopt.studies.tower.frozen_loads import OptimalTower, Round, optimal_tower
@@ -46,6 +46,7 @@ from pitchopt.studies.tower.study import (
 from pitchopt.studies.tower.towers import Towers
 
 __all__ = [
+    "BIN_WIDTH",
     "CONFIGURATIONS",
     "INSIDE",
     "JOULES_PER_MWH",
@@ -78,7 +79,6 @@ __all__ = [
     "Weld",
     "annual_energy",
     "annual_energy_by_bins",
-    "bin_places",
     "comparison_rows",
     "cost_estimates",
     "mass_estimates",

@@ -200,29 +200,43 @@ class CostMap:
         [kg].
     energy : ndarray (H, K)
         Yearly [J].
-    cost : ndarray (H, K)
-        [$/MWh].
+    economics : Economics
+        What makes a cost of them.
     """
 
     heights: FloatArray
     weights: FloatArray
     mass: FloatArray
     energy: FloatArray
-    cost: FloatArray
+    economics: Economics
+
+    @property
+    def cost(self) -> FloatArray:
+        """(H, K) [$/MWh]."""
+        return self.economics.cost(self.heights[:, None], self.mass, self.energy)
 
     def fine(self, count: int = 241) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Heights (n,), weights (n,) and cost (n, n) between them.
 
-        Over the heights by a cubic spline without knots next to its ends, which is the polynomial
-        through three or four of them, over the weights monotone (PCHIP), so that costs that fall
-        with diminishing returns do so in between.
+        Costs of interpolated masses and energies: the logarithm of the mass at the first weight and
+        the share that is left at the others monotone (PCHIP) over heights and weights, so that a
+        limit that comes and goes makes no waves and diminishing returns stay such; energy by
+        a cubic spline over the heights, which is the polynomial through three or four of them,
+        monotone over the weights.
         """
         from scipy.interpolate import CubicSpline, PchipInterpolator
 
         h = np.linspace(self.heights[0], self.heights[-1], count)
         c = np.linspace(self.weights[0], self.weights[-1], count)
-        across = PchipInterpolator(self.weights, self.cost, axis=1)(c)
-        return h, c, np.asarray(CubicSpline(self.heights, across, axis=0)(h))
+
+        def over_weights(values: FloatArray) -> FloatArray:
+            return np.asarray(PchipInterpolator(self.weights, values, axis=1)(c))
+
+        base = np.exp(PchipInterpolator(self.heights, np.log(self.mass[:, 0]))(h))
+        share = over_weights(self.mass / self.mass[:, :1])
+        mass = base[:, None] * PchipInterpolator(self.heights, share, axis=0)(h)
+        energy = CubicSpline(self.heights, over_weights(self.energy), axis=0)(h)
+        return h, c, self.economics.cost(h[:, None], mass, energy)
 
     def lowest(self, weight: float | None = None) -> tuple[float, float, float]:
         """Height, weight and cost of the lowest cost, at a weight or over all."""
@@ -276,6 +290,6 @@ def cost_estimates(
             weights=changes.weights,
             mass=mass,
             energy=constant.copy(),
-            cost=economics.cost(heights[:, None], mass, constant),
+            economics=economics,
         )
     return maps

@@ -26,10 +26,10 @@ from pitchopt.errors import InputError
 from pitchopt.fatigue import SNCurve
 from pitchopt.studies.tower.design import Joints
 
-__all__ = ["MOMENT_BINS", "FatigueLoads", "JointDamage", "Weld", "bin_places", "section_modulus"]
+__all__ = ["BIN_WIDTH", "MOMENT_BINS", "FatigueLoads", "JointDamage", "Weld", "section_modulus"]
 
-_WIDTH = 0.01
-MOMENT_BINS = np.exp(np.arange(np.log(1e3), np.log(1e9), _WIDTH))  # centres [N m]
+BIN_WIDTH = 0.01
+MOMENT_BINS = np.exp(np.arange(np.log(1e3), np.log(1e9), BIN_WIDTH))  # centres [N m]
 MOMENT_BINS.setflags(write=False)
 _ONSET = 0.02
 _DIFFERENCE = 1e-3  # of the logarithm of the stress
@@ -40,12 +40,6 @@ _CURVE_D = SNCurve(
     second_slope=5.0,
     knee_cycles=1e7,
 )
-
-
-def bin_places(ranges: FloatArray) -> FloatArray:
-    """Places of moment ranges [N m] in `MOMENT_BINS`; those beyond its ends go to the ends."""
-    place = np.rint((np.log(ranges) - np.log(MOMENT_BINS[0])) / _WIDTH)
-    return np.asarray(np.clip(place, 0, MOMENT_BINS.size - 1).astype(np.intp))
 
 
 def section_modulus(diameter: FloatArray, thickness: FloatArray) -> FloatArray:

@@ -34,13 +34,13 @@ import numpy as np
 
 from pitchopt.checks import FloatArray, finite_number, whole_number
 from pitchopt.errors import ComputationError, InputError
-from pitchopt.fatigue import bin_edges, rainflow, weibull_weights
+from pitchopt.fatigue import bin_edges, range_spectra, weibull_weights
 from pitchopt.sim import DynamicTurbine, Operation, Simulation, simulate_many
 from pitchopt.studies.simulation import SimulationSettings, WindCase, wind_cases
 from pitchopt.studies.simulation.winds import CLASSES
 from pitchopt.studies.tower.design import TowerDesign
 from pitchopt.studies.tower.energy import mean_wind_at
-from pitchopt.studies.tower.fatigue_loads import MOMENT_BINS, FatigueLoads, Weld, bin_places
+from pitchopt.studies.tower.fatigue_loads import BIN_WIDTH, MOMENT_BINS, FatigueLoads, Weld
 from pitchopt.turbines import Turbine
 from windfield import BoxCache, TurbulenceBox, TurbulentField
 
@@ -448,7 +448,7 @@ class _Counter:
         self.fore_aft = ["TwrBsMyt", *(f"TwHt{k}MLyt" for k in inner), "YawBrMyp"]
         self.side_side = ["TwrBsMxt", *(f"TwHt{k}MLxt" for k in inner), "YawBrMxp"]
         angle = np.pi * np.arange(settings.axes) / settings.axes
-        self.axes = list(zip(np.cos(angle), np.sin(angle), strict=True))
+        self.cosines, self.sines = np.cos(angle), np.sin(angle)
         shape = (settings.stations, settings.axes, MOMENT_BINS.size)
         self.cycles = np.zeros(shape)
         self.power: dict[float, list[FloatArray]] = {u: [] for u in settings.wind_speeds}
@@ -460,15 +460,18 @@ class _Counter:
         rows = run.after(settings.skip)
         counted = rows.shape[0] * run.interval
         factor = share / len(settings.seeds) * settings.lifetime * _YEAR / counted
-        for s, names in enumerate(zip(self.fore_aft, self.side_side, strict=True)):
-            fore, side = (np.ascontiguousarray(rows[:, run.place(name)]) for name in names)
-            for a, (c, d) in enumerate(self.axes):
-                found = rainflow(c * fore + d * side)
-                if found.ranges.size:
-                    places = bin_places(found.ranges)
-                    self.cycles[s, a] += factor * np.bincount(
-                        places, weights=found.counts, minlength=MOMENT_BINS.size
-                    )
+        fore, side = (
+            rows[:, [run.place(name) for name in names]].T
+            for names in (self.fore_aft, self.side_side)
+        )
+        moments = self.cosines[:, None] * fore[:, None] + self.sines[:, None] * side[:, None]
+        found = range_spectra(
+            moments.reshape(-1, rows.shape[0]),
+            first=float(MOMENT_BINS[0]),
+            width=BIN_WIDTH,
+            bins=MOMENT_BINS.size,
+        )
+        self.cycles += factor * found.reshape(self.cycles.shape)
         self.power[speed].append(rows[:, run.place("GenPwr")].copy())
         self.largest = max(self.largest, float(rows[:, run.place("GenSpeed")].max()) / self.gear)
 

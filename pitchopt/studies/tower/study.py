@@ -421,11 +421,10 @@ class _Configuration:
         energy = np.array(
             [[float(economics.energy(t.hub_height, t.load_set)) for t in row] for row in grid]
         )
-        at = np.array(heights)
         return CostMap(
-            heights=at,
+            heights=np.array(heights),
             weights=np.array(self.settings.weights),
             mass=mass,
             energy=energy,
-            cost=economics.cost(at[:, None], mass, energy),
+            economics=economics,
         )

@@ -187,51 +187,71 @@ def test_reference_of_another_weight(solved):
 HEIGHTS = np.array([99.0, 110.0, 121.0, 132.0])
 
 
-def cost_map(function):
-    cost = function(HEIGHTS[:, None], WEIGHTS)
-    return CostMap(
-        heights=HEIGHTS, weights=WEIGHTS, mass=cost, energy=np.ones_like(cost), cost=cost
-    )
+class Shared:
+    """Costs that are mass over energy."""
+
+    def cost(self, hub_height, mass, energy):
+        return np.asarray(mass) / energy
+
+
+def mass_at(h):
+    return np.exp(0.02 * (h - 99.0))
+
+
+def energy_at(h):
+    return 1.0 + 0.05 * (h - 99.0) - 7e-4 * (h - 99.0) ** 2
+
+
+def cost_map(share):
+    """Mass exponential and energy quadratic in the height, which the map keeps exactly."""
+    mass = mass_at(HEIGHTS[:, None]) * share(HEIGHTS[:, None], WEIGHTS)
+    energy = energy_at(HEIGHTS[:, None]) + 0.0 * WEIGHTS
+    return CostMap(heights=HEIGHTS, weights=WEIGHTS, mass=mass, energy=energy, economics=Shared())
 
 
 def test_map_between_its_points():
-    """A cubic of the height exactly; costs at the points themselves; monotone over the weight."""
-    made = cost_map(lambda h, c: 41.0 + 1e-5 * (h - 112.0) ** 3 + 2e-3 * (h - 109.0) ** 2 + 0.0 * c)
-    h, _, cost = made.fine(61)
-    np.testing.assert_allclose(h, np.linspace(99.0, 132.0, 61))
-    expected = 41.0 + 1e-5 * (h - 112.0) ** 3 + 2e-3 * (h - 109.0) ** 2
-    np.testing.assert_allclose(cost, np.broadcast_to(expected[:, None], cost.shape), rtol=1e-12)
-    falling = cost_map(lambda h, c: 41.0 - 0.2 * c / (c + 0.05) + 0.0 * h)
-    _, _, cost = falling.fine(31)
-    np.testing.assert_allclose(cost[::10, ::10][:, 2], falling.cost[:, 3], rtol=1e-14)  # c = 0.2
+    made = cost_map(lambda h, c: 1.0 - 0.2 * c / (c + 0.05) + 0.0 * h)
+    h, _, cost = made.fine(331)
+    np.testing.assert_allclose(h, np.linspace(99.0, 132.0, 331))
+    np.testing.assert_allclose(cost[:, 0], mass_at(h) / energy_at(h), rtol=1e-12)
+    np.testing.assert_allclose(cost[::110, ::110][:, 1], made.cost[:, 2], rtol=1e-12)  # c = 0.1
+    np.testing.assert_allclose(cost[::110, ::110][:, 2], made.cost[:, 3], rtol=1e-12)
     assert np.all(np.diff(cost, axis=1) < 0.0)
-    np.testing.assert_array_equal(cost, falling.fine(31)[2])
+
+
+def test_saving_at_one_height_makes_no_cost_at_another():
+    """A limit that comes between two heights: savings end there and do not turn round."""
+    made = cost_map(lambda h, c: 1.0 - 0.06 * c * (h < 105.0))
+    _, _, cost = made.fine()
+    assert np.all(np.diff(cost, axis=1) <= 1e-12)
+    assert np.all(cost[-150:, -1] == pytest.approx(cost[-150:, 0], rel=1e-12))
 
 
 def test_map_of_many_heights_does_not_swing():
-    """A polynomial through eleven heights would miss by 0.2 $/MWh near the ends."""
+    """Energies are averages over seeds, off by 1e-4; a polynomial makes 40 times that of it."""
     heights = np.linspace(99.0, 132.0, 11)
-
-    def function(h):
-        return 41.0 + 0.5 / (1.0 + ((h - 115.0) / 4.0) ** 2)
-
-    cost = np.repeat(function(heights)[:, None], WEIGHTS.size, axis=1)
-    made = CostMap(heights=heights, weights=WEIGHTS, mass=cost, energy=cost, cost=cost)
-    h, _, found = made.fine(331)
-    assert np.max(np.abs(found[:, 0] - function(h))) < 0.02
-    assert made.lowest()[2] > 41.0
+    noise = 1e-4 * (-1.0) ** np.arange(11)
+    energy = np.repeat((energy_at(heights) * (1.0 + noise))[:, None], WEIGHTS.size, axis=1)
+    mass = np.repeat(mass_at(heights)[:, None], WEIGHTS.size, axis=1)
+    made = CostMap(heights=heights, weights=WEIGHTS, mass=mass, energy=energy, economics=Shared())
+    h, _, cost = made.fine(331)
+    np.testing.assert_allclose(cost[:, 0], mass_at(h) / energy_at(h), rtol=5e-4)
 
 
 def test_lowest_of_a_map():
-    made = cost_map(lambda h, c: 41.0 + 2e-3 * (h - 113.3) ** 2 - 0.1 * np.sqrt(c) + 0.0 * h)
+    made = cost_map(lambda h, c: 1.0 - 0.1 * np.sqrt(c) + 0.0 * h)
+    h = np.linspace(99.0, 132.0, 100001)
+    every = mass_at(h) / energy_at(h)
+    k = int(np.argmin(every))
+    assert 0 < k < h.size - 1
     height, weight, cost = made.lowest()
-    assert height == pytest.approx(113.3, abs=0.07)  # points are 0.1375 m apart
+    assert height == pytest.approx(h[k], abs=0.07)  # points are 0.1375 m apart
     assert weight == 0.3
-    assert cost == pytest.approx(41.0 - 0.1 * np.sqrt(0.3), abs=1e-4)
+    assert cost == pytest.approx(every[k] * (1.0 - 0.1 * np.sqrt(0.3)), rel=1e-5)
     for c in WEIGHTS[[0, 2, 3]]:
         height, weight, cost = made.lowest(float(c))
         assert weight == pytest.approx(c, abs=1e-12)
-        assert cost == pytest.approx(41.0 - 0.1 * np.sqrt(c), abs=2e-4)
+        assert cost == pytest.approx(every[k] * (1.0 - 0.1 * np.sqrt(c)), rel=1e-5)
 
 
 @pytest.fixture(scope="module")
