@@ -7,13 +7,13 @@ import pytest
 
 from pitchopt.checks import FloatArray
 from pitchopt.errors import InputError
-from pitchopt.fatigue import SNCurve
+from pitchopt.fatigue import SNCurve, range_spectra
 from pitchopt.studies.tower.design import station_joints
 from pitchopt.studies.tower.fatigue_loads import (
+    BIN_WIDTH,
     MOMENT_BINS,
     FatigueLoads,
     Weld,
-    bin_places,
     section_modulus,
 )
 
@@ -89,9 +89,13 @@ def test_thickness_acts_beyond_the_reference() -> None:
 
 
 def test_ranges_fall_into_the_nearest_bin() -> None:
-    ranges = MOMENT_BINS[[0, 10, 1000]] * np.array([1.0, 1.004, 0.996])
-    assert list(bin_places(ranges)) == [0, 10, 1000]
-    assert list(bin_places(np.array([1.0, 1e12]))) == [0, MOMENT_BINS.size - 1]
+    ranges = np.array([*(MOMENT_BINS[[0, 10, 1000]] * np.array([1.0, 1.004, 0.996])), 1.0, 1e12])
+    signals = ranges[:, None] * np.array([0.0, 1.0, 0.0])
+    found = range_spectra(
+        signals, first=float(MOMENT_BINS[0]), width=BIN_WIDTH, bins=MOMENT_BINS.size
+    )
+    assert found.argmax(axis=1).tolist() == [0, 10, 1000, 0, MOMENT_BINS.size - 1]
+    np.testing.assert_array_equal(found.sum(axis=1), 1.0)  # two halves
 
 
 @pytest.mark.parametrize(
