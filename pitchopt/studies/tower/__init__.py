@@ -30,15 +30,14 @@ from pitchopt.studies.tower.fatigue_loads import (
 )
 from pitchopt.studies.tower.frozen_loads import OptimalTower, Round, optimal_tower
 from pitchopt.studies.tower.limits import TowerLimits
-from pitchopt.studies.tower.load_sets import LoadSet, LoadSets, LoadSettings
+from pitchopt.studies.tower.load_sets import LoadSet, LoadSets
+from pitchopt.studies.tower.load_settings import LoadSettings
 from pitchopt.studies.tower.pictures import tower_pictures
 from pitchopt.studies.tower.published import MEAN_DAMAGE_CHANGE, PUBLISHED
+from pitchopt.studies.tower.results import CoDesign, ConfigurationResult, Effort
 from pitchopt.studies.tower.sizing import Sizing, scaled_start, size_tower
 from pitchopt.studies.tower.study import (
     CONFIGURATIONS,
-    CoDesign,
-    ConfigurationResult,
-    Effort,
     TowerStudy,
     TowerStudySettings,
     run_tower_study,

@@ -16,7 +16,8 @@ from pitchopt.studies.tower.cost import JOULES_PER_MWH
 from pitchopt.studies.tower.estimates import CostMap
 from pitchopt.studies.tower.frozen_loads import OptimalTower
 from pitchopt.studies.tower.published import MEAN_DAMAGE_CHANGE, PUBLISHED, TURBINE
-from pitchopt.studies.tower.study import CoDesign, ConfigurationResult, Effort, TowerStudy
+from pitchopt.studies.tower.results import CoDesign, ConfigurationResult, Effort
+from pitchopt.studies.tower.study import TowerStudy
 
 __all__ = ["comparison_rows", "tower_csv", "tower_document"]
 

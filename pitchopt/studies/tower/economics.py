@@ -18,7 +18,8 @@ from numpy.typing import ArrayLike
 from pitchopt.checks import FloatArray, finite_number
 from pitchopt.studies.tower.cost import CostModel
 from pitchopt.studies.tower.energy import annual_energy, mean_wind_at
-from pitchopt.studies.tower.load_sets import LoadSet, LoadSettings
+from pitchopt.studies.tower.load_sets import LoadSet
+from pitchopt.studies.tower.load_settings import LoadSettings
 from pitchopt.turbines import Turbine
 
 __all__ = ["Economics"]

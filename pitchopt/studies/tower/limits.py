@@ -33,8 +33,10 @@ class TowerLimits:
     ----------
     frequency_margin : float or None
         delta: natural frequencies lie above 1P / (1 - delta) [-], 1P that of the rated rotor
-        speed; 0.15 keeps 18 % of it between.  None for a soft-soft tower, whose controller keeps
-        the rotor out of resonance.
+        speed; 0.15 keeps 18 % of it between.  None for a soft-soft tower: its controller would
+        have to keep the rotor out of resonance.  That of the study does not, and its rotor of three
+        equal blades shakes the tower at 3P and hardly at 1P, so that resonance does no damage in
+        the simulations.
     largest_damage : float
         Of the lifetime [-].
     largest_diameter : float

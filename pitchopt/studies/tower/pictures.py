@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pitchopt.studies.tower.estimates import CostMap
-from pitchopt.studies.tower.study import ConfigurationResult, TowerStudy
+from pitchopt.studies.tower.results import ConfigurationResult
+from pitchopt.studies.tower.study import TowerStudy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
