@@ -18,7 +18,7 @@ def print_tower(document: Mapping[str, Any]) -> None:
         click.echo(_reference(name, part) + "\n")
         click.echo(_masses(part) + "\n")
         click.echo(_broken(part) + "\n")
-        click.echo(_settled(part) + "\n")
+        click.echo("\n".join([_settled(part), *_at_bounds(part)]) + "\n")
     click.echo(_tables(document["tables"]) + "\n")
 
 
@@ -80,6 +80,25 @@ def _settled(part: Mapping[str, Any]) -> str:
     if not lines:
         return "all towers and searches converged"
     return "not converged\n" + "\n".join(lines)
+
+
+def _at_bounds(part: Mapping[str, Any]) -> list[str]:
+    """Lowest costs that a wider range might lower."""
+    studied = part["maps"]["high_order"]
+    heights, weight = studied["heights"], studied["weights"][-1]
+    lines = []
+    for key, words in (("without", "at c = 0"), ("codesign", "over height and c")):
+        tower = part[key]["tower"]
+        ends = [
+            f"{end} hub height"
+            for end, height in (("least", heights[0]), ("largest", heights[-1]))
+            if abs(tower["hub_height"] / height - 1.0) < 1e-6
+        ]
+        if key == "codesign" and tower["weight"] >= (1.0 - 1e-6) * weight:
+            ends.append("largest c")
+        if ends:
+            lines.append(f"lowest cost {words}: at the {' and the '.join(ends)} studied")
+    return lines
 
 
 def _tables(rows: list[Mapping[str, Any]]) -> str:

@@ -247,9 +247,9 @@ def plot_cost_map(
     lines = axes.contour(x, weights, change.T, levels=8, colors="w", linewidths=0.6)
     axes.clabel(lines, fmt="%.2f", fontsize=7)
     axes.figure.colorbar(filled, ax=axes, label="change of cost of energy [%]")
-    for (h, c, _), look, colour in (
-        (costs.lowest(0.0), "o", GREEN),
-        (costs.lowest(), "X", VERMILION),
+    for (h, c, _), look, colour, label in (
+        (costs.lowest(0.0), "o", GREEN, "lowest, c = 0"),
+        (costs.lowest(), "X", VERMILION, "lowest of all"),
     ):
         axes.plot(
             100.0 * (h / reference_height - 1.0),
@@ -259,7 +259,10 @@ def plot_cost_map(
             mec="w",
             ms=9,
             clip_on=False,
+            linestyle="none",
+            label=label,
         )
+    axes.legend(loc="upper left", fontsize=7)
     axes.set_xlabel("change of hub height [%]")
     axes.set_ylabel(_WEIGHT)
     return axes

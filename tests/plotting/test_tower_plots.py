@@ -147,6 +147,8 @@ def test_cost_map(axes):
         assert y == c
     assert alone.get_marker() == "o"
     assert both.get_marker() == "X"
+    words = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert words == ["lowest, c = 0", "lowest of all"]
     assert float(both.get_ydata()[0]) == pytest.approx(0.2, abs=0.01)
     filled = axes.collections[0]
     low, high = filled.get_clim()

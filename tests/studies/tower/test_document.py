@@ -169,6 +169,24 @@ def test_what_did_not_converge_is_told(study, capsys):
     assert "at c = 0: stopped" not in shown
 
 
+def test_lowest_cost_at_the_end_of_what_was_studied_is_told(study, capsys):
+    document = json.loads(document_text(tower_document(study)))
+    part = document["configurations"]["standard"]
+    document["configurations"] = {"standard": part}
+    for key, height, weight in (("without", 110.0, 0.0), ("codesign", 110.0, 0.1)):
+        part[key]["tower"].update(hub_height=height, weight=weight)
+    print_tower(document)
+    assert "studied" not in capsys.readouterr().out
+    part["without"]["tower"]["hub_height"] = part["maps"]["high_order"]["heights"][0]
+    part["codesign"]["tower"].update(hub_height=121.0, weight=0.3)
+    print_tower(document)
+    shown = capsys.readouterr().out
+    assert "lowest cost at c = 0: at the least hub height studied\n" in shown
+    assert (
+        "lowest cost over height and c: at the largest hub height and the largest c studied\n"
+    ) in shown
+
+
 def test_csv_is_the_rows(study):
     rows = comparison_rows(study)
     read = list(csv.DictReader(io.StringIO(tower_csv(study))))
