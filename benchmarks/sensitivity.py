@@ -43,7 +43,7 @@ def programs(report: _harness.Report, *, quick: bool) -> None:
     from pitchopt.sensitivity import PostOptimum
 
     for variables, rows in (
-        ((20, 40),) if quick else ((20, 40), (100, 200), (200, 1000), (200, 5000))
+        ((20, 40),) if quick else ((20, 40), (100, 200), (200, 1000), (200, 2000))
     ):
         rng = np.random.default_rng(_harness.SEED)
         problem, parameter = random_program(variables, rows, rng)
