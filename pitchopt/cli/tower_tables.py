@@ -105,9 +105,9 @@ def _tables(rows: list[Mapping[str, Any]]) -> str:
     table = [["table", "configuration", "quantity", "unit", "paper", "ours"]]
     for row in rows:
         share = row["unit"] == "-" and "change" in row["quantity"]
-        factor, unit, digits = (100.0, "%", 2) if share else (1.0, row["unit"], 3)
+        factor, unit = (100.0, "%") if share else (1.0, row["unit"])
         cells = [
-            "" if value is None else f"{factor * value:.{digits}f}"
+            "" if value is None else f"{factor * value:.3f}"
             for value in (row["paper"], row["ours"])
         ]
         table.append([row["table"], row["configuration"], row["quantity"], unit, *cells])

@@ -99,7 +99,7 @@ def check_tables(text, document):
     assert [float(cell) for cell in row] == pytest.approx(expected, abs=0.0051)
     for line in (
         r"^2 +soft-soft +tower mass, without +t +311\.330 +\d+\.\d+$",
-        r"^1 +soft-soft +change of cost, high-order +% +-0\.45 +-\d",
+        r"^1 +soft-soft +change of cost, high-order +% +-0\.450 +-\d\.\d{3}$",
     ):
         assert re.search(line, text, re.MULTILINE)
     assert re.search(r"assumptions at c = 0\.3\n  A1 linearity: (holds|broken); ", text)
