@@ -1,4 +1,4 @@
-"""One comparison: feed-forward design, learned profile and tuned individual pitch on one turbine."""
+"""One comparison: feed-forward design, learned profile and tuned individual pitch side by side."""
 
 from __future__ import annotations
 

@@ -152,8 +152,11 @@ def _controller(result: Comparison, entry: Entry, prepared: Prepared) -> str:
     lag = result.settings.pitch_lag
     low = math.degrees(result.ground.case.pitch_range[0])
     lines = [
-        f"# {result.ground.case.name}, {result.ground.wind_speed:g} m/s: {entry.method}, prepared in "
-        f"wind {entry.wind!r}",
+        (
+            f"# {result.ground.case.name}, {result.ground.wind_speed:g} m/s: {entry.method}, "
+            f"prepared in "
+            f"wind {entry.wind!r}"
+        ),
         f"# with pitch actuators of {lag:g} s that reach down to {low:g} deg",
         'base = "baseline"',
     ]

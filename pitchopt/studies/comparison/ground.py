@@ -1,10 +1,10 @@
 """Ground: the turbine, its winds and its actuators, the same for every method.
 
-The case gives turbine, mean wind, range and rate of the actuators, weights of the design.  The rotor
-turns freely under the turbine's baseline controller, blades and tower bend, the wake lags; the
-actuators have one lag and one range, that reaches below the turbine's own so that blades can pitch
-about a collective pitch at its end.  Tuners meet seeds 1 ... T of a wind, the learner seed 1, and
-all of them are judged in seeds from `FIRST_FRESH` on.
+The case gives turbine, mean wind, range and rate of the actuators, weights of the design.  The
+rotor turns freely under the turbine's baseline controller, blades and tower bend, the wake lags;
+the actuators have one lag and one range, that reaches below the turbine's own so that blades can
+pitch about a collective pitch at its end.  Tuners meet seeds 1 ... T of a wind, the learner seed
+1, and all of them are judged in seeds from `FIRST_FRESH` on.
 """
 
 from __future__ import annotations

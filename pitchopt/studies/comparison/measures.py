@@ -10,8 +10,8 @@
     rate_use         mean pitch rate over the largest allowed one [-]
     rate_peak        largest pitch rate over the largest allowed one [-]
 
-Pitch rates are those of the series' instants, 0.05 s apart.  Methods meet the same seeds, so a gain is
-taken seed by seed, and its uncertainty is that of these differences:
+Pitch rates are those of the series' instants, 0.05 s apart.  Methods meet the same seeds, so a
+gain is taken seed by seed, and its uncertainty is that of these differences:
 
     cut_s = 1 - x_s / x_s(collective),     mean +- t(0.975, S - 1) std / sqrt(S).
 """
@@ -163,9 +163,7 @@ def cut(
     from scipy.special import stdtrit
 
     spread = float(shares.std(ddof=1)) / np.sqrt(count)
-    return Cut(
-        mean=float(shares.mean()), half_width=float(stdtrit(count - 1, 0.975) * spread)
-    )
+    return Cut(mean=float(shares.mean()), half_width=float(stdtrit(count - 1, 0.975) * spread))
 
 
 def _mean(values: Sequence[float]) -> float:

@@ -11,8 +11,8 @@ All of them are the turbine's baseline controller with something added to the bl
     feed-forward+ipc   the design from 2P on, and individual pitch tuned on top of it (Bayesian)
 
 Individual pitch integrates the 1P part of the blades' loads away whatever a profile does there, so
-the last leaves 1P to it.  Every tuner has the same space, seeds, cost (fatigue of the blade roots out
-of plane) and number of evaluations.
+the last leaves 1P to it.  Every tuner has the same space, seeds, cost (fatigue of the blade roots
+out of plane) and number of evaluations.
 """
 
 from __future__ import annotations
@@ -74,21 +74,18 @@ KNOWLEDGE = {
     "learned": Knowledge(
         model="range and rate of the actuators",
         wind="nothing",
-        loads="torque, tilt, yaw, thrust at the hub over azimuth; lag and mean torque in steady wind",
+        loads="torque, tilt, yaw, thrust at the hub over azimuth; lag and mean torque in steady "
+        "wind",
         running="azimuth",
     ),
-    "ipc-grid": Knowledge(
-        model=_RANGE, wind="nothing", loads=_IPC_LOADS, running=_IPC_RUNNING
-    ),
+    "ipc-grid": Knowledge(model=_RANGE, wind="nothing", loads=_IPC_LOADS, running=_IPC_RUNNING),
     "ipc-zoo": Knowledge(
         model=f"{_RANGE}; handbook's design to start from",
         wind="nothing",
         loads=_IPC_LOADS,
         running=_IPC_RUNNING,
     ),
-    "ipc-bayes": Knowledge(
-        model=_RANGE, wind="nothing", loads=_IPC_LOADS, running=_IPC_RUNNING
-    ),
+    "ipc-bayes": Knowledge(model=_RANGE, wind="nothing", loads=_IPC_LOADS, running=_IPC_RUNNING),
     "feed-forward+ipc": Knowledge(
         model="geometry, polars, structure's lag, actuators",
         wind="mean speed, shear, tower shadow",

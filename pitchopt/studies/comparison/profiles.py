@@ -1,16 +1,16 @@
-"""Profiles of the comparison: designed on the model, and learned from loads, as controllers play them.
+"""Profiles of the comparison, designed on the model or learned from loads, as they are played.
 
-Designed.  Least weighted RMS at the mean torque of steady operation, on the static rotor in the steady
-wind, every limit and cap of the case kept.  The structure answers loads late: the profile is played
-earlier by the azimuth phi by which tilt and yaw of the model follow cyclic pitch with actuators
-that do not lag, without the half station that the measurement has in it.  The actuators' own lag is
-taken out harmonic by harmonic (`pitchopt.control.PitchProfile`).
+Designed.  Least weighted RMS at the mean torque of steady operation, on the static rotor in the
+steady wind, every limit and cap of the case kept.  The structure answers loads late: the profile
+is played earlier by the azimuth phi by which tilt and yaw of the model follow cyclic pitch with
+actuators that do not lag, without the half station that the measurement has in it.  The
+actuators' own lag is taken out harmonic by harmonic (`pitchopt.control.PitchProfile`).
 
 Learned.  `ilc` on the turbine, from torque, tilt, yaw and thrust at the hub.  What it learns are
 commands, so nothing is to be taken out; its plant plays a profile half a station late, and so does
-the controller.  In turbulence each profile is held for some rotations, whose loads are averaged, the
-first perturbations are larger, and profiles have three harmonics.  The lag that it is told and the
-mean torque that it holds come from a steady wind.
+the controller.  In turbulence each profile is held for some rotations, whose loads are averaged,
+the first perturbations are larger, and profiles have three harmonics.  The lag that it is told
+and the mean torque that it holds come from a steady wind.
 """
 
 from __future__ import annotations
@@ -48,7 +48,8 @@ class PlayedProfile:
     Attributes
     ----------
     azimuth, deviation : ndarray (N,)
-        Pitch of a blade less its mean as it shall move (designed), or as it is told (learned) [rad].
+        Pitch of a blade less its mean as it shall move (designed), or as it is told (learned)
+        [rad].
     feedforward : PitchProfile
         As the controller plays it.
     lead : float
@@ -170,6 +171,4 @@ def learned_profile(ground: Ground, wind: str) -> PlayedProfile:
 
 def _predicted(found: Compared) -> dict[str, float]:
     constant, design = found.constant.rms, found.design.rms
-    return {
-        name: 1.0 - design[name] / value for name, value in constant.items() if value > 0.0
-    }
+    return {name: 1.0 - design[name] / value for name, value in constant.items() if value > 0.0}

@@ -1,9 +1,9 @@
 """Verdict: where a profile that is planned for a steady wind stops paying in turbulence.
 
-A method pays in a load where the lower end of the cut's confidence interval is above one per cent, it
-costs where the upper end is below minus one per cent, and in between there is no effect worth the
-travel of the pitch.  It stops paying at the first wind, in the order of intensity, in which it no
-longer pays in a load that it paid in before.
+A method pays in a load where the lower end of the cut's confidence interval is above one per
+cent, it costs where the upper end is below minus one per cent, and in between there is no effect
+worth the travel of the pitch.  It stops paying at the first wind, in the order of intensity, in
+which it no longer pays in a load that it paid in before.
 """
 
 from __future__ import annotations

@@ -349,7 +349,10 @@ class TuningPlant:
             self.settings.length,
             start=[self.operation.start(case.wind_speed) for case in wanted],
             interval=self.settings.interval,
-            labels=[f"{case.turbulence}, seed {seed}" for case, (_, seed) in zip(wanted, pairs, strict=True)],
+            labels=[
+                f"{case.turbulence}, seed {seed}"
+                for case, (_, seed) in zip(wanted, pairs, strict=True)
+            ],
             workers=self.workers,
         )
         with self._lock:
