@@ -67,8 +67,9 @@ seeds that none has met. Changes are those of the collective controller's loads 
 seed, with the 95 % confidence interval of their mean.
 
 \b
-Files: comparison.json, comparison.csv, changes.png, intensity.png, turns.png, controllers
-that pitchopt simulate --controller reads, and with --report a page that needs no network.
+Files: comparison.json, comparison.csv, changes.png, intensity.png, turns.png, a folder
+controllers with files for pitchopt simulate --controller, and with --report a page that
+needs no network.
 Given again with the same --out, tuning goes on where it was stopped.
 
 \b
@@ -95,7 +96,7 @@ See also: pitchopt tune, pitchopt learn, pitchopt design, pitchopt simulate."""
     "--seeds",
     type=Option("n", whole(1, 1000)),
     metavar="N",
-    help="Boxes of turbulence that methods are judged in.  [default: 6]",
+    help="Boxes of turbulence that methods are judged in.  [default: 12]",
 )
 @click.option(
     "--tuning-seeds",
@@ -280,7 +281,7 @@ def _files(
 
     return {
         "comparison.csv": comparison_csv(document),
-        **controller_files(result),
+        **{f"controllers/{name}": text for name, text in controller_files(result).items()},
         **{f"{name}.png": png(figure) for name, figure in figures.items()},
     }
 

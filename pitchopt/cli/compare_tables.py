@@ -50,7 +50,12 @@ def print_comparison(document: Mapping[str, Any]) -> None:
         click.echo("What the tuners chose\n")
         click.echo(text_table(points, left=2, header=2) + "\n")
     click.echo("What each had to know\n")
-    click.echo(text_table(knowledge_rows(document), left=5) + "\n")
+    heads, *rows = knowledge_rows(document)
+    for row in rows:
+        click.echo(row[0])
+        for head, text in zip(heads[1:], row[1:], strict=True):
+            click.echo(f"  {head:<16}  {text}")
+    click.echo("")
     for method in PLANNED:
         found = document["verdict"].get(method)
         if found is not None:

@@ -6,7 +6,6 @@ JSON.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -118,6 +117,7 @@ def plot_changes(
         )
     ax.axhline(0.0, color=BLACK, linewidth=0.8)
     ax.set_xticks(range(len(loads)), [_LABELS[load] for load in loads])
+    ax.set_ylim(*_reach(records, kind))
     name = "equivalent load" if kind == "del" else "RMS"
     ax.set_ylabel(f"change of {name} [%]")
     light_grid(ax)
@@ -244,6 +244,18 @@ def method_figures(
     return figures
 
 
+def _reach(records: Sequence[Mapping[str, Any]], kind: str) -> tuple[float, float]:
+    """Range of the changes [%]; long confidence intervals leave the picture."""
+    found = [one for record in records for one in record[f"{kind}_cut"].values()]
+    means = [-100.0 * one["mean"] for one in found] or [0.0]
+    least, most = min(0.0, *means), max(0.0, *means)
+    room = 0.5 * (most - least) or 1.0
+    ends = [(m, 100.0 * (one["half_width"] or 0.0)) for m, one in zip(means, found, strict=False)]
+    low = min([least, *(m - h for m, h in ends)])
+    high = max([most, *(m + h for m, h in ends)])
+    return max(low, least - room) - 0.1 * room, min(high, most + room) + 0.1 * room
+
+
 def _wind(one: Mapping[str, Any]) -> str:
     if one["intensity"] == 0.0:
         return "steady wind"
@@ -262,7 +274,7 @@ def _legend(figure: Figure) -> None:
             list(found.values()),
             list(found),
             loc="outside lower center",
-            ncols=min(math.ceil(len(found)), 6),
+            ncols=len(found),
             frameon=False,
             fontsize="small",
         )

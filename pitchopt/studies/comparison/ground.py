@@ -79,7 +79,7 @@ class Ground:
             cache=cache,
         )
         self._first.check([(self.wind_speed, 1)])
-        self._plants: dict[str, TuningPlant] = {}
+        self._plant: tuple[str, TuningPlant] | None = None
 
     @property
     def operation(self) -> Operation:
@@ -107,11 +107,11 @@ class Ground:
         return self.settings.winds(self.wind_speed)
 
     def plant(self, wind: str) -> TuningPlant:
-        """Plant in a wind."""
-        if wind not in self._plants:
+        """Plant in a wind; its boxes are in memory until that of another wind is asked for."""
+        if self._plant is None or self._plant[0] != wind:
             self.operation  # noqa: B018  (made once, and shared by all plants)
-            self._plants[wind] = self._first.in_turbulence(wind)
-        return self._plants[wind]
+            self._plant = wind, self._first.in_turbulence(wind)
+        return self._plant[1]
 
     def tuning_seeds(self, wind: str) -> tuple[int, ...]:
         """Seeds that tuners have; one stands for the steady wind."""

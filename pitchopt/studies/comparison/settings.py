@@ -71,7 +71,7 @@ class ComparisonSettings:
 
     turbulence: tuple[str, ...] = ("none", "C", "B")
     methods: tuple[str, ...] = METHODS
-    seeds: int = 6
+    seeds: int = 12
     tuning_seeds: int = 3
     evaluations: int = 81
     rotations: int = 20

@@ -93,18 +93,20 @@ def load_rows(document: Document, wind: str) -> Rows:
 
 
 def effort_rows(document: Document) -> Rows:
-    """What each method took in each wind; one row of headings."""
+    """What each method took in each wind, the design once; one row of headings."""
+    first = document["winds"][0]["wind"]
     rows = [
         ["method", "wind", "evaluations", "simulations", "rotations", "turbine hours", "seconds"]
     ]
     for record in document["entries"]:
         spent = record.get("spent")
-        if spent is None or record["method"] == "collective":
+        once = record["method"] == "feed-forward"  # one design for all winds
+        if spent is None or record["method"] == "collective" or (once and record["wind"] != first):
             continue
         rows.append(
             [
                 record["method"],
-                record["wind"],
+                "all" if once else record["wind"],
                 str(spent["evaluations"]),
                 str(spent["simulations"]),
                 f"{spent['rotations']:.0f}",

@@ -98,7 +98,7 @@ def sentences(comparison: Comparison, method: str = "feed-forward") -> list[str]
 
 
 def _change(cut: Cut) -> str:
-    spread = "" if cut.half_width is None else f" +- {100 * cut.half_width:.1f}"
+    spread = "" if cut.half_width is None else f" ±{100 * cut.half_width:.1f}"
     return f"{-100 * cut.mean:+.1f}{spread} %"
 
 
