@@ -78,7 +78,7 @@ def _record(result: Comparison, entry: Entry) -> dict[str, Any]:
         if prepared.profile is not None:
             profile = prepared.profile
             record["profile"] = {
-                "lead_deg": math.degrees(profile.lead),
+                "harmonics": int(profile.feedforward.cosine.size),
                 "predicted_cut": profile.predicted,
                 "azimuth_deg": np.rad2deg(profile.azimuth),
                 "deviation_deg": np.rad2deg(profile.deviation),

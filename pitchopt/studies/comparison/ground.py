@@ -57,8 +57,8 @@ class Ground:
         workers: int | None = None,
         cache: BoxCache | None = None,
     ) -> None:
-        _check(case)
         turbine = structural_turbine(case)
+        _check(case)
         low, high = case.pitch_range
         if case.limits.pitch_min is None:
             low -= settings.pitch_below

@@ -66,7 +66,7 @@ KNOWLEDGE = {
         model="baseline controller's", wind="nothing", loads="nothing", running="rotor speed"
     ),
     "feed-forward": Knowledge(
-        model="geometry, polars, structure's lag, actuators",
+        model="geometry, polars, actuators",
         wind="mean speed, shear, tower shadow",
         loads="nothing",
         running="azimuth",
@@ -87,7 +87,7 @@ KNOWLEDGE = {
     ),
     "ipc-bayes": Knowledge(model=_RANGE, wind="nothing", loads=_IPC_LOADS, running=_IPC_RUNNING),
     "feed-forward+ipc": Knowledge(
-        model="geometry, polars, structure's lag, actuators",
+        model="geometry, polars, actuators",
         wind="mean speed, shear, tower shadow",
         loads=_IPC_LOADS,
         running=_IPC_RUNNING,

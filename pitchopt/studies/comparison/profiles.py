@@ -1,10 +1,15 @@
 """Profiles of the comparison, designed on the model or learned from loads, as they are played.
 
 Designed.  Least weighted RMS at the mean torque of steady operation, on the static rotor in the
-steady wind, every limit and cap of the case kept.  The structure answers loads late: the profile
-is played earlier by the azimuth phi by which tilt and yaw of the model follow cyclic pitch with
-actuators that do not lag, without the half station that the measurement has in it.  The
-actuators' own lag is taken out harmonic by harmonic (`pitchopt.control.PitchProfile`).
+steady wind, every limit and cap of the case kept.  It is played as it is: wind and pitch load the
+same blades, whose structure answers both alike, so that what cancels before the structure cancels
+behind it.  The actuators' lag is taken out harmonic by harmonic (`pitchopt.control.PitchProfile`).
+That makes commands
+
+    c(psi) = beta + tau d beta/dt
+
+which follow the corners of a profile faster than actuators may: so many harmonics are kept, from
+the first on, as leave the rate of the commands within the actuators'.
 
 Learned.  `ilc` on the turbine, from torque, tilt, yaw and thrust at the hub.  What it learns are
 commands, so nothing is to be taken out; its plant plays a profile half a station late, and so does
@@ -37,7 +42,9 @@ __all__ = ["PlayedProfile", "designed_profile", "learned_profile"]
 
 _AMPLITUDE = math.radians(1.5)  # of the learner's experiment in turbulence
 _HARMONICS = 3  # of profiles learned there
+_WARM_UP = 40  # rotations in steady wind, after which the mean torque is taken
 _LAG_ROTATIONS = 72  # warm-up and both cyclic pitches of the measurement of the lag
+_FINE = 8  # points of a command between two stations
 _TUNING_SEED = 1
 
 
@@ -52,8 +59,6 @@ class PlayedProfile:
         [rad].
     feedforward : PitchProfile
         As the controller plays it.
-    lead : float
-        Azimuth that a design is turned by [rad]; 0 for a learned one.
     predicted : dict of str to float
         Share of the constant pitch's RMS that the static model cuts, by load; empty if learned.
     spent : Spent
@@ -62,7 +67,6 @@ class PlayedProfile:
     azimuth: FloatArray
     deviation: FloatArray
     feedforward: PitchProfile
-    lead: float
     predicted: dict[str, float]
     spent: Spent
 
@@ -78,29 +82,44 @@ def designed_profile(ground: Ground) -> PlayedProfile:
         If the design did not end well.
     """
     began = time.perf_counter()
-    setup = ground.setup("none", lag=0.0)
+    settings = ground.settings
+    setup = ground.setup("none", lag=settings.pitch_lag)
     found = compared(
-        ground.case.task(), mean_torque=setup.mean_torque, certify=False, seed=ground.settings.seed
+        ground.case.task(), mean_torque=setup.mean_torque, certify=False, seed=settings.seed
     )
     design = found.design
     if not design.status.ok:
         raise InputError(f"design: {design.status.value}: {design.message}")
-    half = math.pi / setup.stations
-    lead = setup.lag.angle - half
     deviation = np.asarray(design.profile - design.profile.mean())
     return PlayedProfile(
         azimuth=design.azimuth,
         deviation=deviation,
-        feedforward=PitchProfile.from_samples(
-            turned_profile(deviation, lead), time_constant=ground.settings.pitch_lag
-        ),
-        lead=lead,
+        feedforward=_within_rate(ground, deviation),
         predicted=_predicted(found),
         spent=Spent(
             seconds=time.perf_counter() - began,
-            rotations=float(_LAG_ROTATIONS),
-            turbine_time=_LAG_ROTATIONS * 2.0 * math.pi / ground.rotor_speed,
+            rotations=float(_WARM_UP),
+            turbine_time=_WARM_UP * 2.0 * math.pi / ground.rotor_speed,
         ),
+    )
+
+
+def _within_rate(ground: Ground, deviation: FloatArray) -> PitchProfile:
+    """The profile with as many harmonics as the rate of the commands allows."""
+    lag, omega = ground.settings.pitch_lag, ground.rotor_speed
+    limit = ground.case.pitch_limits.pitch_rate
+    psi = 2.0 * np.pi * np.arange(_FINE * deviation.size) / (_FINE * deviation.size)
+    for count in range(deviation.size // 2, 0, -1):
+        profile = PitchProfile.from_samples(deviation, harmonics=count, time_constant=lag)
+        orders = np.arange(1, count + 1)
+        parts = (profile.cosine - 1j * profile.sine) * 1j * orders * omega
+        parts = parts * (1.0 + 1j * orders * omega * lag)
+        rate = (parts * np.exp(1j * np.outer(psi, orders))).real.sum(axis=1)
+        if np.abs(rate).max() <= limit:
+            return profile
+    raise InputError(
+        f"pitch_lag: got {lag:g} s, with which even the first harmonic of the design asks for "
+        f"commands faster than {math.degrees(limit):g} deg/s, expected a shorter lag"
     )
 
 
@@ -158,7 +177,6 @@ def learned_profile(ground: Ground, wind: str) -> PlayedProfile:
         azimuth=2.0 * np.pi * np.arange(stations) / stations,
         deviation=deviation,
         feedforward=PitchProfile.from_samples(turned),
-        lead=0.0,
         predicted={},
         spent=Spent(
             seconds=time.perf_counter() - began,
