@@ -64,7 +64,8 @@ def read_discon(path: str | os.PathLike[str]) -> str:
         If the file is missing, not text, or has no line of the form ``value ! name``.
     """
     text = read_text(path, "DISCON file")
-    if not any(_LINE.match(line) for line in text.splitlines()):
+    found = (_LINE.match(line) for line in text.splitlines())
+    if not any(match is not None and match["value"] for match in found):
         raise InputError(
             f"DISCON file: {os.fspath(path)!r} has no line of the form 'value ! name', expected a "
             "parameter file of ROSCO"

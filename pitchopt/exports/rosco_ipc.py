@@ -129,10 +129,11 @@ def discon_ipc(
             f"most {math.degrees(limit):.6g} deg"
         ),
         (
-            f"for ROSCO 2.9 and 2.10, whose band pass lets {share:g} of a 1P moment through: integral "
-            f"gain = {abs(gain):.6g} / {share:g}"
+            f"for ROSCO 2.9 and 2.10, whose band pass lets {share:g} of a 1P moment through: "
+            f"integral gain = {abs(gain):.6g} / {share:g}"
         ),
         "ServoDyn needs Ptch_Cntrl 1; the range (PC_MinPit) must have room below the collective",
+        "the pitch controller must be on (PC_ControlMode 1), yaw by IPC, flaps and AWC off",
         "each of tilt and yaw keeps within the saturation, so an amplitude may reach 1.41 times it",
         "the integrals go on while range or rate of a blade cuts its command",
     ]
@@ -160,7 +161,7 @@ def discon_ipc(
         DisconLine(name="IPC_SatMode", value="0", comment="by range and rate alone"),
         DisconLine(name="IPC_IntSat", value=f"{limit:.10g}", comment="[rad]"),
         DisconLine(name="IPC_KP", value="0.0 0.0", comment="of 1P and 2P [rad/(N m)]"),
-        DisconLine(name="IPC_KI", value=f"{gain / share:.10e} 0.0",
+        DisconLine(name="IPC_KI", value=f"{gain / share:.12e} 0.0",
                    comment="of 1P and 2P [rad/(N m s)]"),
         DisconLine(name="IPC_aziOffset", value=f"{offset:.12g} 0.0",
                    comment="of 1P and 2P, within n (azimuth + offset) [rad]"),
@@ -170,7 +171,7 @@ def discon_ipc(
 
 
 def read_discon_ipc(
-    path: str | os.PathLike[str], *, filter_gain: float = FILTER_GAIN
+    path: str | os.PathLike[str], *, filter_gain: float = FILTER_GAIN, drop_ramp: bool = False
 ) -> IndividualPitch:
     """Individual pitch controller that the parameters of a ``DISCON.IN`` make.
 
@@ -180,18 +181,21 @@ def read_discon_ipc(
         A whole file, or the lines of :meth:`IPCSection.text`.
     filter_gain : float, optional
         As in :func:`discon_ipc`.
+    drop_ramp : bool, optional
+        Take the full gains of a file whose gains fade in over the wind speed.
 
     Raises
     ------
     InputError
         If the file is something else, or has what our controller has not: a proportional gain, a
-        2P gain, a lag of its own, individual pitch turned off.
+        lag of its own, gains that fade over the wind speed; or individual pitch off or with 2P.
     """
     text, shown = read_discon(path), os.fspath(path)
     share = finite_number("filter_gain", filter_gain, above=0.0)
     held = {}
     for name, count in (
         ("IPC_ControlMode", 1),
+        ("IPC_Vramp", 2),
         ("IPC_IntSat", 1),
         ("IPC_KP", 2),
         ("IPC_KI", 2),
@@ -212,6 +216,12 @@ def read_discon_ipc(
     ):
         if value != 0.0:
             raise InputError(f"{name}: {shown!r} has {value:g}, expected 0: ours is integral alone")
+    low, high = held["IPC_Vramp"].tolist()
+    if high > _ALWAYS[1] and not drop_ramp:
+        raise InputError(
+            f"IPC_Vramp: {shown!r} has {low:g} to {high:g} m/s, over which ours cannot fade; "
+            "expected at most 1 m/s, or drop_ramp for the full gains"
+        )
     return IndividualPitch(
         gain=np.array([share * held["IPC_KI"][0]]),
         offset=[held["IPC_aziOffset"][0]],

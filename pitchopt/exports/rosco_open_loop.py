@@ -57,6 +57,13 @@ OPEN_LOOP_NAME = "pitch_open_loop.dat"
 _COLUMNS = ("Time", "BldPitch1", "BldPitch2", "BldPitch3")
 _UNITS = ("(s)", "(rad)", "(rad)", "(rad)")
 _ROWS_A_PERIOD = 24  # of the highest harmonic: chords are off by 0.9 % of it
+_NUMBERS = (
+    "rotor_speed_rpm",
+    "initial_azimuth_deg",
+    "time_constant_s",
+    "frequency_rad_s",
+    "damping",
+)
 _ROUND = 1e-6  # share of a rate that rounding may add
 _TINY = 1e-9  # [rad]
 
@@ -149,8 +156,9 @@ def open_loop(
     revolutions : int
         That the table covers; ROSCO holds the last row afterwards.
     step : float, optional
-        Azimuth from row to row [rad].  Without: the profile's stations, or where the profile is
-        written as a Fourier series 24 rows in a period of its highest harmonic.
+        Azimuth from row to row [rad].  Without: the profile's stations (and time 0), between
+        which ROSCO's straight lines are the profile's; or where the profile is written as a
+        Fourier series 24 rows in a period of its highest harmonic.
     initial_azimuth : float
         psi_0 [rad].
     interpolation : {"linear", "fourier"}
@@ -166,12 +174,15 @@ def open_loop(
         If a number is out of range.
     """
     psi, beta = np.asarray(azimuth, dtype=np.float64), np.asarray(profile, dtype=np.float64)
+    start = finite_number("initial_azimuth", initial_azimuth)
+    lead_in = _to_station(psi, start) if step is None else 0.0
     if lag is not None or keep_harmonics is not None or interpolation == "fourier":
         series = truncated(harmonics(psi, beta), keep_harmonics)
         if lag is not None:
             series = led_command(series, lag, rotor_speed)
         psi, beta = _samples(series)
         interpolation = "fourier"
+        lead_in = 0.0
         if step is None:
             step = 2.0 * np.pi / max(_ROWS_A_PERIOD * (series.cosine.size - 1), 72)
     motion = blade_motion(
@@ -182,15 +193,29 @@ def open_loop(
         step=step,
         revolutions=revolutions,
         interpolation=interpolation,
-        initial_azimuth=initial_azimuth,
+        initial_azimuth=start + lead_in,
     )
+    time, pitch = motion.time, motion.pitch
+    if lead_in > 0.0:
+        first = start + 2.0 * np.pi / BLADES * np.arange(BLADES)
+        pitch = np.column_stack([np.interp(first, psi, beta, period=2.0 * np.pi), pitch])
+        time = np.append(0.0, time + lead_in / rotor_speed)
     return OpenLoop(
-        time=motion.time,
-        pitch=motion.pitch,
+        time=time,
+        pitch=pitch,
         rotor_speed=rotor_speed,
         initial_azimuth=initial_azimuth,
         lag=lag,
     )
+
+
+def _to_station(azimuth: FloatArray, start: float) -> float:
+    """Angle from `start` on to the next of evenly spaced stations [rad]."""
+    if azimuth.ndim != 1 or azimuth.size == 0:
+        return 0.0  # refused further down
+    spacing = 2.0 * np.pi / azimuth.size
+    rest = float(np.mod(azimuth[0] - start, spacing))
+    return rest if 1e-9 < rest < spacing - 1e-9 else 0.0
 
 
 def _samples(series: Harmonics) -> tuple[FloatArray, FloatArray]:
@@ -298,7 +323,7 @@ def read_open_loop(
     shown = os.fspath(path)
     try:
         table = np.array([line.split()[:4] for line in lines[first:] if line.strip()], dtype=float)
-        known = {name: float(said[name]) for name in said if name not in ("led", "amplitude")}
+        known = {name: float(said[name]) for name in _NUMBERS if name in said}
     except ValueError as error:
         raise InputError(
             f"open-loop file: {shown!r} needs rows of time and three pitch angles after lines "
@@ -375,12 +400,16 @@ def openfast_notes(loop: OpenLoop) -> list[str]:
     low, high, fast = float(loop.pitch.min()), float(loop.pitch.max()), loop.rate
     rpm, start = loop.rotor_speed * 30.0 / math.pi, math.degrees(loop.initial_azimuth)
     return [
-        f"ElastoDyn: GenDOF False, RotSpeed {rpm:.10g} rpm, Azimuth {start:g} deg, "
-        f"BlPitch {pitch} deg",
+        (
+            f"ElastoDyn: GenDOF False, RotSpeed {rpm:.10g} rpm, Azimuth {start:g} deg, "
+            f"BlPitch {pitch} deg"
+        ),
         "ServoDyn: PCMode 5 from time 0 on, Ptch_Cntrl 1 (with 0 every blade gets blade 1's)",
         f"the table ends after {loop.time[-1]:.6g} s, the last pitch is held then",
-        f"commands from {math.degrees(low):.6g} to {math.degrees(high):.6g} deg at up to "
-        f"{math.degrees(fast):.4g} deg/s:",
+        (
+            f"commands from {math.degrees(low):.6g} to {math.degrees(high):.6g} deg at up to "
+            f"{math.degrees(fast):.4g} deg/s:"
+        ),
         f"limits of ROSCO that do not cut them: {low:.6g} to {high:.6g} rad, {fast:.4g} rad/s",
     ]
 
