@@ -260,8 +260,8 @@ def _check(form: str | None, options: dict[str, Any]) -> None:
         raise InputError(f"--point: got {options['point']!r} without a file, expected PROFILES.npz")
     for name in (*goals, *fields) if path is not None else ():
         if options[name] is not None:
-            what = "controllers" if form == "discon" else "profiles"
+            what = "controller" if form == "discon" else "profiles"
             raise InputError(
                 f"{_flag(name)}: given together with a {what} file, expected one of the two: the "
-                f"file holds finished {what}"
+                "file holds what is finished"
             )

@@ -198,6 +198,10 @@ def controller_files(individual: IndividualPitch, options: dict[str, Any]) -> Ex
     ramp = options["wind_ramp"]
     if ramp is not None and len(ramp) != 2:
         raise InputError(f"--wind-ramp: got {len(ramp)} speeds, expected two, such as 9,11")
+    if ramp is not None and ramp[0] >= ramp[1]:
+        raise InputError(
+            f"--wind-ramp: got {ramp[0]:g} to {ramp[1]:g} m/s, expected ascending speeds"
+        )
     base = None if options["discon"] is None else read_discon(options["discon"])
     section = discon_ipc(
         individual,
@@ -208,7 +212,7 @@ def controller_files(individual: IndividualPitch, options: dict[str, Any]) -> Ex
     files: dict[str, bytes | str] = {"discon_ipc.txt": section.text()}
     if base is not None:
         files["DISCON_ipc.IN"] = changed_discon(base, section.lines)
-    return Exported(files=files, notes=list(section.notes))
+    return Exported(files=files, notes=list(section.lacks))
 
 
 def tell(notes: list[str]) -> None:

@@ -60,14 +60,24 @@ _ALWAYS = (0.0, 1.0)  # [m/s]; full gains above 1 m/s
 
 @dataclass(frozen=True, kw_only=True)
 class IPCSection:
-    """Parameters, and what the controller has that ROSCO has not, a sentence each."""
+    """Individual pitch control of ROSCO.
+
+    Parameters
+    ----------
+    lines : tuple of DisconLine
+    notes : tuple of str
+        What the parameters mean and need.
+    lacks : tuple of str
+        What the controller has that ROSCO has not, and what of it was left out.
+    """
 
     lines: tuple[DisconLine, ...]
     notes: tuple[str, ...] = ()
+    lacks: tuple[str, ...] = ()
 
     def text(self) -> str:
-        """Lines to paste into a ``DISCON.IN``."""
-        return discon_text("INDIVIDUAL PITCH CONTROL", self.notes, self.lines)
+        """Lines to paste into a ``DISCON.IN``, with notes and what is lacking as comments."""
+        return discon_text("INDIVIDUAL PITCH CONTROL", (*self.notes, *self.lacks), self.lines)
 
 
 def discon_ipc(
@@ -93,8 +103,9 @@ def discon_ipc(
     Raises
     ------
     InputError
-        If there is no 1P, if there are other harmonics without `only_1p`, or if the controller
-        fades with the collective pitch and no ramp of wind speeds takes its place.
+        If there is no 1P or its gain is zero, if there are other harmonics without `only_1p`, or
+        if the controller fades with the collective pitch and no ramp of wind speeds takes its
+        place.
     """
     share = finite_number("filter_gain", filter_gain, above=0.0)
     order, gains = np.asarray(individual.order), np.asarray(individual.gain)
@@ -102,6 +113,8 @@ def discon_ipc(
     if 1.0 not in order:
         raise InputError(f"harmonics: got {shown}, expected 1P, which is all that ROSCO does")
     place = int(np.flatnonzero(order == 1.0)[0])
+    if gains[place] == 0.0:
+        raise InputError("gain: got 0 at 1P, expected individual pitch that does something")
     others = [k for k in range(order.size) if k != place and gains[k] != 0.0]
     if others and not only_1p:
         raise InputError(
@@ -134,26 +147,31 @@ def discon_ipc(
         ),
         "ServoDyn needs Ptch_Cntrl 1; the range (PC_MinPit) must have room below the collective",
         "the pitch controller must be on (PC_ControlMode 1), yaw by IPC, flaps and AWC off",
-        "each of tilt and yaw keeps within the saturation, so an amplitude may reach 1.41 times it",
-        "the integrals go on while range or rate of a blade cuts its command",
+    ]
+    lacks = [
+        (
+            "other than ours: tilt and yaw part each keep within the saturation, so an amplitude "
+            "may reach 1.41 times it"
+        ),
+        "other than ours: the integrals go on while range or rate of a blade cuts its command",
     ]
     if gain < 0.0:
         gain, offset = -gain, offset + math.pi
         notes.append("a negative gain is written as a positive one and 180 deg more offset")
     offset = math.remainder(offset, 2.0 * math.pi)
-    notes += [
+    lacks += [
         f"left out: {order[k]:g}P, gain {gains[k]:.6g} rad/(N m s), offset "
         f"{math.degrees(np.asarray(individual.offset)[k]):.6g} deg"
         for k in others
     ]
     if individual.fade_to > individual.fade_from:
-        notes.append(
+        lacks.append(
             f"left out: fade from {math.degrees(individual.fade_from):g} to "
             f"{math.degrees(individual.fade_to):g} deg of collective pitch; the gains fade with "
             f"the wind from {ramp[0]:g} to {ramp[1]:g} m/s in its place"
         )
     if individual.fade_time > 0.0:
-        notes.append(f"left out: fade over the first {individual.fade_time:g} s")
+        lacks.append(f"left out: fade over the first {individual.fade_time:g} s")
     lines = (
         DisconLine(name="IPC_ControlMode", value="1", comment="1P"),
         DisconLine(name="IPC_Vramp", value=f"{ramp[0]:.6g} {ramp[1]:.6g}",
@@ -167,7 +185,7 @@ def discon_ipc(
                    comment="of 1P and 2P, within n (azimuth + offset) [rad]"),
         DisconLine(name="IPC_CornerFreqAct", value="0.0", comment="no further lag"),
     )  # fmt: skip
-    return IPCSection(lines=lines, notes=tuple(notes))
+    return IPCSection(lines=lines, notes=tuple(notes), lacks=tuple(lacks))
 
 
 def read_discon_ipc(

@@ -248,10 +248,14 @@ def read_several_npz(path: str | os.PathLike[str]) -> SeveralProfiles:
     shown = os.fspath(path)
     try:
         with Path(path).open("rb") as stream, np.load(stream, allow_pickle=False) as data:
-            held = {
-                name: data[name]
-                for name in ("azimuth", "profiles", "labels", "rotor_speeds", "blades", "settings")
-            }
+            names = ("azimuth", "profiles", "labels", "rotor_speeds", "blades", "settings")
+            missing = [name for name in names if name not in data.files]
+            if missing:
+                raise InputError(
+                    f"holds no {', '.join(missing)}, expected a file of this version's pitchopt "
+                    "robust or schedule; run the command again"
+                )
+            held = {name: data[name] for name in names}
         return SeveralProfiles(
             azimuth=held["azimuth"],
             profiles=held["profiles"],
@@ -262,11 +266,6 @@ def read_several_npz(path: str | os.PathLike[str]) -> SeveralProfiles:
         )
     except InputError as error:
         raise InputError(f"profiles file: {shown!r}: {error}") from error
-    except KeyError as error:
-        raise InputError(
-            f"profiles file: {shown!r} has no {error.args[0]!r}, expected a file of this version's "
-            "pitchopt robust or schedule; run the command again"
-        ) from error
     except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile) as error:
         raise InputError(
             f"profiles file: {shown!r} is not an .npz of pitchopt robust or schedule ({error})"

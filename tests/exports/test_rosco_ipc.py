@@ -128,7 +128,7 @@ def test_what_rosco_lacks_is_refused_or_named(numbers):
     with pytest.raises(InputError, match=r"^harmonics: got 1P, 2P, expected 1P alone"):
         discon_ipc(both)
     section = discon_ipc(both, only_1p=True)
-    assert any("left out: 2P, gain 1e-08" in note for note in section.notes)
+    assert any("left out: 2P, gain 1e-08" in note for note in section.lacks)
     assert numbers(section, "IPC_ControlMode") == [1.0]
     assert numbers(section, "IPC_KI", 2)[1] == 0.0
     with pytest.raises(InputError, match=r"^harmonics: got 2P, expected 1P"):
@@ -140,7 +140,12 @@ def test_what_rosco_lacks_is_refused_or_named(numbers):
     section = discon_ipc(fading, wind_ramp=(9.0, 11.0))
     assert numbers(section, "IPC_Vramp", 2) == [9.0, 11.0]
     for part in ("left out: fade from 0 to 5.72958 deg", "left out: fade over the first 20 s"):
-        assert any(part in note for note in section.notes)
+        assert any(part in note for note in section.lacks)
+
+
+def test_individual_pitch_that_does_nothing_is_refused():
+    with pytest.raises(InputError, match=r"^gain: got 0 at 1P"):
+        discon_ipc(IndividualPitch(gain=np.array([0.0, 1e-8])), only_1p=True)
 
 
 def test_a_second_harmonic_without_gain_is_no_obstacle():
