@@ -11,12 +11,13 @@ import ctypes
 import importlib.util
 import multiprocessing
 import os
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-__all__ = ["DISCON", "band_pass", "find_library", "individual_pitch_law", "run"]
+__all__ = ["DISCON", "band_pass", "find_library", "individual_pitch_law", "run", "version"]
 
 DISCON = """\
 ! NREL 5 MW, collective pitch held at its start by zero gains
@@ -200,9 +201,16 @@ def run(library: Path, folder: Path, discon: str, signals: dict[str, Any]) -> np
     return np.asarray(found)
 
 
+def version(folder: Path) -> str | None:
+    """What the library called itself in the last run in a folder."""
+    text = (folder / "greeting.txt").read_text(encoding="utf-8", errors="replace")
+    found = re.search(r"Running ROSCO-v?([\w.]+)", text)
+    return None if found is None else found[1]
+
+
 def _drive(library: str, folder: str, signals: dict[str, Any], answer: Any) -> None:
     os.chdir(folder)
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # its greeting
+    os.dup2(os.open("greeting.txt", os.O_WRONLY | os.O_CREAT), 1)
     pointer = ctypes.POINTER
     function = ctypes.CDLL(library).DISCON
     function.argtypes = [pointer(ctypes.c_float), pointer(ctypes.c_int32),

@@ -36,6 +36,7 @@ SPEED = 12.1 * math.pi / 30
 STEP = 0.0125
 START = 0.2  # collective pitch [rad]
 GAIN, OFFSET = 1e-9, 0.3
+VERSIONS: set[str | None] = set()  # that the library called itself
 LEVEL, FIRST, SECOND, REST = 1e6, 3e5, 2e5, 1e5  # [N m]
 
 
@@ -100,7 +101,9 @@ def library_run(library: Path, discon: str, time: np.ndarray, **given: Any) -> n
             "start": np.full(3, START),
             **given,
         }
-        return _rosco.run(library, Path(name), discon, state)
+        commands = _rosco.run(library, Path(name), discon, state)
+        VERSIONS.add(_rosco.version(Path(name)))
+        return commands
 
 
 def individual(report: _harness.Report, library: Path, time: np.ndarray) -> None:
@@ -122,6 +125,7 @@ def individual(report: _harness.Report, library: Path, time: np.ndarray) -> None
     own = ours(controller, time, measured)
     report.add(
         "individual pitch",
+        rosco=VERSIONS.pop(),
         largest_rad=np.abs(theirs).max(),
         library_less_law_rad=np.abs(theirs - law).max(),
         kernel_less_law_rad=np.abs(kernel - law).max(),

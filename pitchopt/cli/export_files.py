@@ -186,8 +186,32 @@ def _open_loop(source: Source, lag: ActuatorLag | None, options: dict[str, Any])
     }
     if base is not None:
         check_discon_limits(loop, base)
+        notes += _other_actuator(base, lag)
         files["DISCON_open_loop.IN"] = changed_discon(base, open_loop_lines(loop))
     return Exported(files=files, notes=notes + openfast_notes(loop)[:3])
+
+
+def _other_actuator(base: str, lag: ActuatorLag | None) -> list[str]:
+    """What is said when the actuator of a parameter file gives way to that of the table."""
+    from pitchopt.exports import discon_numbers
+
+    mode, corner, damping = (
+        discon_numbers(base, name, 1) for name in ("PA_Mode", "PA_CornerFreq", "PA_Damping")
+    )
+    if mode is None or corner is None or mode[0] == 0.0:
+        return []
+    zeta = 1.0 if damping is None else float(damping[0])
+    if mode[0] == 1.0:
+        same = lag is not None and lag.time_constant is not None
+        same = same and abs(lag.time_constant * corner[0] - 1.0) < 1e-3
+        leads = f"--actuator-lag {1.0 / corner[0]:g}"
+    else:
+        same = lag is not None and (lag.frequency, lag.damping) == (corner[0], zeta)
+        leads = f"--actuator-frequency {corner[0]:g} --actuator-damping {zeta:g}"
+    if same:
+        return []
+    instead = "none" if lag is None else "the one that the table leads"
+    return [f"replaced: the DISCON file's actuator, by {instead}; {leads} would lead it"]
 
 
 def controller_files(individual: IndividualPitch, options: dict[str, Any]) -> Exported:

@@ -153,6 +153,26 @@ def test_a_parameter_file_that_cuts_is_refused(run, finished, tmp_path):
     assert left(tmp_path) == ["mine.IN"]
 
 
+@pytest.mark.parametrize(
+    ("mode", "options", "told"),
+    [
+        ("0", (), False),
+        ("1", (), True),
+        ("1", ("--actuator-lag", "0.25"), False),
+        ("1", ("--actuator-lag", "0.1"), True),
+        ("2", ("--actuator-lag", "0.25"), True),
+        ("2", ("--actuator-frequency", "4", "--actuator-damping", "0.7"), False),
+    ],
+)
+def test_an_actuator_that_gives_way_is_named(run, finished, tmp_path, mode, options, told):
+    text = DISCON.replace("0       ! PA_Mode", f"{mode} ! PA_Mode").replace("3.14 ", "4.0 ")
+    (tmp_path / "mine.IN").write_text(text)
+    done = run("export", finished / "profiles.npz", "--format", "rosco", "--discon", "mine.IN",
+               "--keep-harmonics", "1", "--beyond-limits", *options)  # fmt: skip
+    assert done.status == 0, done.err
+    assert ("replaced: the DISCON file's actuator" in done.err) is told
+
+
 @pytest.mark.parametrize(("file", "row"), [("robust", 0), ("schedule", 1)])
 def test_files_of_several_winds(run, several, tmp_path, file, row):
     point = ("--point", "15 m/s") if file == "schedule" else ()
