@@ -49,7 +49,7 @@ def main(argv=None):
         {"wind.speed": 15.0, "operation.rotor_speed": 12.1 * np.pi / 30}
     )
     if args.quick:
-        case = case.with_values({"aero.segments": 10, "limits.positions": 12})
+        case = case.with_values({"aero.segments": 10, "limits.positions": 6})
     speed, rate = case.rotor_speed, case.turbine_data.pitch_rate
     found = design(
         case.task(),

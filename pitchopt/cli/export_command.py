@@ -252,6 +252,13 @@ def _check(form: str | None, options: dict[str, Any]) -> None:
     goals = ("case", "curves", "mu", "max_power_loss", "mean_torque")
     fields = [flag[2:].replace("-", "_") for flag, *_ in _CASE_OPTIONS]
     path = options["source"]
+    ramp = options["wind_ramp"]
+    if ramp is not None and len(ramp) != 2:
+        raise InputError(f"--wind-ramp: got {len(ramp)} speeds, expected two, such as 9,11")
+    if ramp is not None and ramp[0] >= ramp[1]:
+        raise InputError(
+            f"--wind-ramp: got {ramp[0]:g} to {ramp[1]:g} m/s, expected ascending speeds"
+        )
     if form == "discon" and path is None:
         raise InputError(
             "controller: got nothing, expected a controller file (.toml), tuning.json, or ipc"

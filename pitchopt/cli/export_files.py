@@ -202,8 +202,8 @@ def _other_actuator(base: str, lag: ActuatorLag | None) -> list[str]:
         return []
     zeta = 1.0 if damping is None else float(damping[0])
     if mode[0] == 1.0:
-        same = lag is not None and lag.time_constant is not None
-        same = same and abs(lag.time_constant * corner[0] - 1.0) < 1e-3
+        tau = None if lag is None else lag.time_constant
+        same = tau is not None and abs(tau * corner[0] - 1.0) < 1e-3
         leads = f"--actuator-lag {1.0 / corner[0]:g}"
     else:
         same = lag is not None and (lag.frequency, lag.damping) == (corner[0], zeta)
@@ -219,17 +219,10 @@ def controller_files(individual: IndividualPitch, options: dict[str, Any]) -> Ex
     from pitchopt.exports import changed_discon, discon_ipc, read_discon
     from pitchopt.exports.rosco_ipc import FILTER_GAIN
 
-    ramp = options["wind_ramp"]
-    if ramp is not None and len(ramp) != 2:
-        raise InputError(f"--wind-ramp: got {len(ramp)} speeds, expected two, such as 9,11")
-    if ramp is not None and ramp[0] >= ramp[1]:
-        raise InputError(
-            f"--wind-ramp: got {ramp[0]:g} to {ramp[1]:g} m/s, expected ascending speeds"
-        )
     base = None if options["discon"] is None else read_discon(options["discon"])
     section = discon_ipc(
         individual,
-        wind_ramp=ramp,
+        wind_ramp=options["wind_ramp"],
         only_1p=options["only_1p"],
         filter_gain=options["filter_gain"] or FILTER_GAIN,
     )

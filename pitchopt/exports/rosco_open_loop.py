@@ -404,7 +404,7 @@ def openfast_notes(loop: OpenLoop) -> list[str]:
             f"ElastoDyn: GenDOF False, RotSpeed {rpm:.10g} rpm, Azimuth {start:g} deg, "
             f"BlPitch {pitch} deg"
         ),
-        "ServoDyn: PCMode 5 from time 0 on, Ptch_Cntrl 1 (with 0 every blade gets blade 1's)",
+        "ServoDyn: PCMode 5 from time 0 on, Ptch_Cntrl 1 (with 0 ROSCO refuses to start)",
         f"the table ends after {loop.time[-1]:.6g} s, the last pitch is held then",
         (
             f"commands from {math.degrees(low):.6g} to {math.degrees(high):.6g} deg at up to "
