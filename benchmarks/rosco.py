@@ -274,8 +274,9 @@ def follow(
 
 def main(argv: list[str] | None = None) -> None:
     given = _harness.options(__doc__, argv)
-    report = _harness.Report("rosco", quick=given.quick, out=given.out)
     library = _rosco.find_library()
+    out = None if library is None else given.out  # a record made with the library stays
+    report = _harness.Report("rosco", quick=given.quick, out=out)
     if library is None:
         report.add("no library", hint="pip install --no-deps --target FOLDER rosco")
     else:

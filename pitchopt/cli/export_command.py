@@ -204,10 +204,10 @@ def command(**options: Any) -> int:  # fmt: skip
     _check(form, options)
     folder = check_folder(options["out"], "--out")
     if form == "discon":
-        individual, label = controller_of_file(
+        individual, label, others = controller_of_file(
             path, turbine=options["turbine"] or "nrel-5mw", pitch_lag=options["pitch_lag"] or 0.0
         )
-        exported = controller_files(individual, options)
+        exported = controller_files(individual, options, others)
     else:
         source = (
             profile_of_design(options) if path is None else profile_of_file(path, options["point"])

@@ -214,8 +214,10 @@ def _other_actuator(base: str, lag: ActuatorLag | None) -> list[str]:
     return [f"replaced: the DISCON file's actuator, by {instead}; {leads} would lead it"]
 
 
-def controller_files(individual: IndividualPitch, options: dict[str, Any]) -> Exported:
-    """Parameters of ROSCO for individual pitch."""
+def controller_files(
+    individual: IndividualPitch, options: dict[str, Any], others: list[str]
+) -> Exported:
+    """Parameters of ROSCO for individual pitch; `others` says what else the controller has."""
     from pitchopt.exports import changed_discon, discon_ipc, read_discon
     from pitchopt.exports.rosco_ipc import FILTER_GAIN
 
@@ -229,7 +231,7 @@ def controller_files(individual: IndividualPitch, options: dict[str, Any]) -> Ex
     files: dict[str, bytes | str] = {"discon_ipc.txt": section.text()}
     if base is not None:
         files["DISCON_ipc.IN"] = changed_discon(base, section.lines)
-    return Exported(files=files, notes=list(section.lacks))
+    return Exported(files=files, notes=[*section.lacks, *others])
 
 
 def tell(notes: list[str]) -> None:

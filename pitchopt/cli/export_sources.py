@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Source", "controller_of_file", "profile_of_design", "profile_of_file"]
 
+_STAYS = "individual pitch alone is written: torque and speed regulation stay ROSCO's own"
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Source:
@@ -128,8 +130,12 @@ def profile_of_design(options: dict[str, Any]) -> Source:
     return _row(found, 2)
 
 
-def controller_of_file(name: str, *, turbine: str, pitch_lag: float) -> tuple[IndividualPitch, str]:
-    """Individual pitch of a controller's name or file, or of tuning.json; and what it is.
+def controller_of_file(
+    name: str, *, turbine: str, pitch_lag: float
+) -> tuple[IndividualPitch, str, list[str]]:
+    """Individual pitch of a controller's name or file, or of tuning.json.
+
+    With what it is, and a sentence about all else of the controller.
 
     Raises
     ------
@@ -142,7 +148,7 @@ def controller_of_file(name: str, *, turbine: str, pitch_lag: float) -> tuple[In
             "profiles go with --format rosco"
         )
     if Path(name).suffix.lower() == ".json":
-        return _tuned(name)
+        return (*_tuned(name), [_STAYS])
     from pitchopt.control import PitchActuator
     from pitchopt.sim import DynamicTurbine, Operation
     from pitchopt.studies.simulation import load_controller
@@ -161,7 +167,12 @@ def controller_of_file(name: str, *, turbine: str, pitch_lag: float) -> tuple[In
             f"controller: {name!r} has no individual pitch, expected ipc or a file with a section "
             "[individual]"
         )
-    return controller.individual, f"{name} on {found.name}"
+    parts = {
+        "the feed-forward profile": controller.feedforward,
+        "the lowest pitch over the wind speed": controller.minimum_pitch,
+    }
+    left = [f"left out: {part}" for part, held in parts.items() if held is not None]
+    return controller.individual, f"{name} on {found.name}", [_STAYS, *left]
 
 
 def _tuned(path: str) -> tuple[IndividualPitch, str]:

@@ -205,6 +205,17 @@ def test_controller_file(run, tmp_path):
     assert "1.41 times" in done.err
 
 
+def test_other_parts_of_a_controller_are_named(run, tmp_path):
+    profile = "[feedforward]\ncosine_deg = [1]\n"
+    lowest = "[minimum_pitch]\nwind_speed = [8, 14]\npitch_deg = [0, 1]\n"
+    (tmp_path / "c.toml").write_text(CONTROLLER + profile + lowest)
+    done = run("export", "c.toml", "--format", "discon")
+    assert done.status == 0, done.err
+    for part in ("the feed-forward profile", "the lowest pitch over the wind speed"):
+        assert f"left out: {part}" in done.err
+    assert "torque and speed regulation stay ROSCO's own" in done.err
+
+
 def test_tuned_controller(run, tmp_path):
     (tmp_path / "tuning.json").write_text(json.dumps(TUNED))
     done = run("export", "tuning.json", "--format", "discon")
