@@ -30,7 +30,7 @@ _COMMANDS = {
     "sensitivity": "What a changed limit, price or wind would do to an optimum, beside the truth.",
     "tower": "A tower designed together with its controller: estimates, truth, cost of energy.",
     "check": "Compute stored bounds again, from curves and multipliers alone.",
-    "export": "A profile as CSV, as harmonics, or as AeroDyn motion files.",
+    "export": "A profile for CSV, AeroDyn or ROSCO; individual pitch control for ROSCO.",
     "turbines": "What the catalogue holds; templates of case files.",
 }
 
