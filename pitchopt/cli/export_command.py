@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pitchopt.cli.design_command import goal_options
+from pitchopt.cli.help import Command
 from pitchopt.cli.options import (
     _CASE_OPTIONS,
     build_case,
@@ -48,7 +49,7 @@ what the design itself uses; acceleration 0. fourier: derivatives of the Fourier
 series through the stations, which may leave range and rate between stations."""
 
 
-@click.command("export", epilog=_EPILOG)
+@click.command("export", cls=Command, epilog=_EPILOG)
 @click.argument("profiles", required=False, metavar="[PROFILES.npz]")
 @click.option("--format", "form", metavar="|".join(FORMATS), help="What to write.  [required]")
 @click.option(

@@ -65,7 +65,7 @@ class TurbineSettings:
         Whether blades and tower bend.
     rotor : {"held", "controlled"}
         Held at the case's rotor speed, or free with the turbine's baseline controller.
-    actuator_time : float
+    pitch_lag : float
         Time constant of the pitch actuators [s]; 0 for ones that follow at once within their rate.
     averaged : int
         Rotations over which the loads of a profile are averaged, see `DynamicPlant`.
@@ -81,7 +81,7 @@ class TurbineSettings:
     turbulence: str = "none"
     structure: Literal["flexible", "rigid"] = "flexible"
     rotor: Literal["held", "controlled"] = "held"
-    actuator_time: float = 0.0
+    pitch_lag: float = 0.0
     averaged: int = 0
     longest_step: float = 0.025
 
@@ -95,7 +95,7 @@ class TurbineSettings:
                 raise InputError(
                     f"{name}: got {getattr(self, name)!r}, expected one of {', '.join(allowed)}"
                 )
-        finite_number("actuator_time", self.actuator_time, at_least=0.0, at_most=10.0)
+        finite_number("pitch_lag", self.pitch_lag, at_least=0.0, at_most=10.0)
         finite_number("longest_step", self.longest_step, above=0.0, at_most=0.2)
         whole_number("averaged", self.averaged, at_least=0)
 
@@ -176,7 +176,7 @@ class TurbineSetup:
                 lowest=limits.lower,
                 highest=limits.upper,
                 rate=limits.pitch_rate,
-                time_constant=settings.actuator_time or None,
+                time_constant=settings.pitch_lag or None,
             ),
         )
 
@@ -253,7 +253,7 @@ class TurbineSetup:
         return {
             name: getattr(self.settings, name)
             for name in (
-                *("turbulence", "structure", "rotor", "actuator_time", "averaged"),
+                *("turbulence", "structure", "rotor", "pitch_lag", "averaged"),
                 "longest_step",
             )
         }
