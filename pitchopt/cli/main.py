@@ -160,10 +160,11 @@ def main(args: Sequence[str] | None = None) -> int:
     int
         Exit status.
     """
+    words = list(sys.argv[1:] if args is None else args)
+    if words[:1] == ["help"]:
+        words = [*words[1:2], "--help"]
     try:
-        status = program.main(
-            args=None if args is None else list(args), prog_name="pitchopt", standalone_mode=False
-        )
+        status = program.main(args=words, prog_name="pitchopt", standalone_mode=False)
         sys.stdout.flush()
     except click.NoSuchOption as error:
         context = error.ctx
