@@ -37,7 +37,7 @@ Examples:
 \b
 Files: tower.json, tower.csv, damage.png, designs.png, mass.png, cost.png, and the folder sets
 with every full set of simulations. A study that was stopped goes on from its sets when the
-same command is given again.
+same command is given again; whole, it takes about half an hour on two cores.
 
 \b
 --quick: wind speeds 5, 9, 13, 19 m/s, one seed of 120 s, three weights, three heights, no map
@@ -156,7 +156,7 @@ def _study_options(function: Any) -> Any:
             "--no-true-map", is_flag=True, help="Size no tower at every point of the cost map.",
         ),
         click.option(
-            "--quick", is_flag=True, help="Small winds and grids, see below: minutes, not hours.",
+            "--quick", is_flag=True, help="Small winds and grids, see below.",
         ),
     )(function)  # fmt: skip
 

@@ -72,6 +72,34 @@ def test_examples_of_the_program_are_understood():
         command_of(words[1]).make_context(words[1], words[2:])
 
 
+@pytest.mark.parametrize("page", ["README.md", "docs/recipes.md"])
+def test_commands_of_a_page_are_understood(project_root, page):
+    text = (project_root / page).read_text(encoding="utf-8")
+    lines = re.findall(r"^pitchopt .*", text, re.MULTILINE)
+    assert len(lines) >= 5
+    for line in lines:
+        words = shlex.split(re.split(r" > |  +#", line)[0])
+        command_of(words[1]).make_context(words[1], words[2:])
+
+
+def test_the_front_page_lists_every_command_and_links_to_what_is_there(project_root):
+    text = (project_root / "README.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^\| `pitchopt ([a-z]+)`", text, re.MULTILINE)
+    assert listed == [name for names in _SECTIONS.values() for name in names]
+    links = re.findall(r"\]\(([^)#]+)\)", text)
+    assert len(links) > 15
+    for link in links:
+        assert "://" in link or (project_root / link).exists(), link
+
+
+@pytest.mark.slow
+def test_the_script_of_the_front_page_runs(project_root, capsys):
+    text = (project_root / "README.md").read_text(encoding="utf-8")
+    (script,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    exec(compile(script, "README.md", "exec"), {})  # noqa: S102  our own page
+    assert capsys.readouterr().out.startswith("converged {'torque': ")
+
+
 def test_every_command_stands_in_one_section_of_the_program(run):
     placed = [name for names in _SECTIONS.values() for name in names]
     assert sorted(placed) == sorted(NAMES)
