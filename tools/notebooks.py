@@ -6,7 +6,8 @@ raises, an error inside a slider's function, anything on standard error (warning
 behind or a run over the time limit fails the build.  The kernel is the Python that runs this
 script, in an empty folder, with no start-up files.
 
-    python tools/notebooks.py [--only 3] [--texts | --solutions] [--jobs 2] [--limit 300] [--pictures FOLDER]
+    python tools/notebooks.py [FOLDER] [--only 3] [--texts | --solutions] [--jobs 2] [--limit 300]
+                              [--pictures OUT]
 """
 
 from __future__ import annotations
@@ -172,6 +173,7 @@ def _attempt(text: Path, limit: float) -> tuple[Path | None, float, str]:
 def main(argv: list[str] | None = None) -> int:
     """Build what is asked for; 0 if all of it passed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", nargs="?", type=Path, default=ROOT, help="where the texts are")
     parser.add_argument("--only", help="numbers of notebooks, such as 1,3")
     kind = parser.add_mutually_exclusive_group()
     kind.add_argument("--texts", action="store_true", help="the notebooks without their solutions")
@@ -181,7 +183,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--pictures", type=Path, help="folder for the pictures as PNG files")
     args = parser.parse_args(argv)
 
-    texts = sources()
+    texts = sources(args.folder)
     if args.only:
         wanted = args.only.split(",")
         texts = [text for text in texts if text.name.partition("_")[0] in wanted]
@@ -195,7 +197,7 @@ def main(argv: list[str] | None = None) -> int:
         for text, (target, seconds, message) in zip(
             texts, pool.map(_attempt, texts, [args.limit] * len(texts)), strict=True
         ):
-            name = text.relative_to(ROOT)
+            name = text.relative_to(args.folder)
             print(f"{seconds:7.1f} s  {'ok    ' if target else 'FAILED'}  {name}", flush=True)
             if target is None:
                 failed += 1
