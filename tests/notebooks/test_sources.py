@@ -1,4 +1,4 @@
-"""The texts of the notebooks: shape, header, exercises and solutions, public names, nothing hidden."""
+"""The texts of the notebooks: header, cells, exercises, solutions, public names, nothing hidden."""
 
 from __future__ import annotations
 
