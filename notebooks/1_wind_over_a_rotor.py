@@ -218,7 +218,7 @@ def draw_element(exponent=0.2, radius_share=0.8, shadow=True):
 draw_element()
 
 # %%
-interact(
+_ = interact(
     draw_element,
     exponent=FloatSlider(min=0.0, max=0.4, step=0.02, value=0.2, continuous_update=False),
     radius_share=FloatSlider(min=0.1, max=1.0, step=0.05, value=0.8, continuous_update=False),
