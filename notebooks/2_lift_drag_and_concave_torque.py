@@ -48,7 +48,7 @@ blade = rotor.blade
 r = rotor.hub_radius + blade.span  # distance of the sections from the rotor centre
 dr = np.diff(blade.edges)
 omega, rho = model.rotor_speed, model.air_density
-print("sections at r =", r, "m, twist =", np.rad2deg(blade.twist).round(2), "deg, omega =", omega)
+print(f"sections at r = {r} m, twist = {np.rad2deg(blade.twist).round(2)} deg, {omega:.3f} rad/s")
 
 # %% [markdown]
 # ## 1. The inflow triangle

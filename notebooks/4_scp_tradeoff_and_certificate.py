@@ -390,8 +390,9 @@ plt.show()
 
 # %% [markdown]
 # The gap falls with the square of the width. Branch and bound makes use of it everywhere, not only near the profile that we believe in: split the space of designs into
-# regions, bound each, throw away those whose bound is below the best profile known, split the others again. The library splits the means of
-# torque, tilt and yaw first, since with these confined three blades have few pitches left, and pitch intervals last.
+# regions, bound each, throw away those whose bound is below the best profile known, split the others again. The library
+# tries the mean of each load and a few pitch intervals, and takes the split whose two parts leave the least. With the means of torque, tilt and yaw confined, three blades
+# have few pitches left at each position.
 
 # %%
 proven = prove(
@@ -414,6 +415,8 @@ ax.set_ylim(0, None)
 plt.show()
 
 # %% [markdown]
+# The gap shown is that of the worst region that is still open, so it falls late: most of the work is done when it begins to move.
+#
 # The tree is a proof: its splits, and for each region the multipliers that bound it. `check_proof` carries the steps out again on the curves and calls no
 # solver. This is what `certificates.npz` of the command line holds.
 
