@@ -1,4 +1,4 @@
-"""Make the paired ``.ipynb`` of every notebook text, run it from top to bottom and keep what it drew.
+"""Make the paired ``.ipynb`` of every notebook text, run it from top to bottom, keep what it drew.
 
 The texts are ``notebooks/N_*.py`` and ``notebooks/solutions/N_*.py`` in jupytext's percent format;
 their header says where the pair goes (``notebooks/build/``).  Nothing is hidden: a cell that
@@ -26,7 +26,7 @@ ROOT = Path(__file__).resolve().parents[1] / "notebooks"
 LIMIT = 300.0  # [s] from the start of the kernel to its end
 
 
-class Failure(Exception):
+class NotebookError(Exception):
     """A notebook that must not pass, with what it did."""
 
 
@@ -45,11 +45,13 @@ def pair(text: Path) -> Path:
     formats = long_form_multiple_formats(declared)
     mine = next((f for f in formats if f["extension"] == ".py"), None)
     if mine is None:
-        raise Failure(f"{text.name}: its header pairs it with nothing, got formats {declared!r}")
+        raise NotebookError(
+            f"{text.name}: its header pairs it with nothing, got formats {declared!r}"
+        )
     found = [Path(path) for path, _ in paired_paths(str(text), mine, formats)]
     notebooks = [path for path in found if path.suffix == ".ipynb"]
     if len(notebooks) != 1:
-        raise Failure(f"{text.name}: expected one .ipynb in its header, got {declared!r}")
+        raise NotebookError(f"{text.name}: expected one .ipynb in its header, got {declared!r}")
     return notebooks[0]
 
 
@@ -60,7 +62,7 @@ def run(text: Path, limit: float = LIMIT) -> tuple[Path, float]:
 
     Raises
     ------
-    Failure
+    NotebookError
         If a cell or a slider raises, warns, leaves a file behind, or the time is up.
     """
     import jupytext
@@ -76,14 +78,14 @@ def run(text: Path, limit: float = LIMIT) -> tuple[Path, float]:
         tempfile.TemporaryDirectory(prefix="ipython-") as settings,
     ):
         began = time.monotonic()
-        client = _client(notebook, folder, lambda cell: max(began + limit - time.monotonic(), 0.01))
+        client = _client(notebook, folder, lambda _: max(began + limit - time.monotonic(), 0.01))
         try:
             client.execute(env=_environment(settings))
         except CellTimeoutError:
             problems.append(f"not done after {limit:g} s")
         except CellExecutionError as error:
             problems.append(str(error).strip())
-        except DeadKernelError as error:
+        except (DeadKernelError, RuntimeError) as error:  # died, or never answered
             problems.append(f"the kernel died: {error}")
         seconds = time.monotonic() - began
         left = sorted(path.name for path in Path(folder).iterdir())
@@ -94,7 +96,7 @@ def run(text: Path, limit: float = LIMIT) -> tuple[Path, float]:
         problems.append(f"left files behind: {', '.join(left)}")
     problems += complaints(notebook)
     if problems:
-        raise Failure(f"{text.name}: " + "\n".join(problems))
+        raise NotebookError(f"{text.name}: " + "\n".join(problems))
     return target, seconds
 
 
@@ -104,10 +106,11 @@ def _client(notebook: Any, folder: str, timeout: Any) -> Any:
     from nbclient import NotebookClient
 
     class OwnPython(KernelSpecManager):
-        """This interpreter, whatever kernels are registered on the machine."""
+        """The interpreter that runs the script, whatever kernels are registered on the machine."""
 
         def get_kernel_spec(self, kernel_name: str) -> KernelSpec:
             command = [sys.executable, "-m", "ipykernel_launcher", "-f", "{connection_file}"]
+            command.append("--log-level=ERROR")  # of the kernel itself, not of the cells
             return KernelSpec(argv=command, display_name=kernel_name, language="python")
 
     return NotebookClient(
@@ -122,7 +125,7 @@ def _client(notebook: Any, folder: str, timeout: Any) -> Any:
 
 
 def _environment(settings: str) -> dict[str, str]:
-    """This environment, with figures inline, warnings shown and nobody's IPython profile."""
+    """The environment with figures inline, warnings shown and nobody's IPython profile."""
     out = {k: v for k, v in os.environ.items() if k not in {"MPLBACKEND", "PYTHONWARNINGS"}}
     return {**out, "IPYTHONDIR": settings}
 
@@ -166,7 +169,7 @@ def _attempt(text: Path, limit: float) -> tuple[Path | None, float, str]:
     began = time.monotonic()
     try:
         return *run(text, limit), ""
-    except Failure as failure:
+    except NotebookError as failure:
         return None, time.monotonic() - began, str(failure)
 
 
