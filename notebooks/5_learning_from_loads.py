@@ -235,7 +235,7 @@ def draw_convergence(kappa=0.3, error=0.3):
 draw_convergence()
 
 # %%
-interact(
+_ = interact(
     draw_convergence,
     kappa=FloatSlider(value=0.3, min=0.05, max=1.0, step=0.05, continuous_update=False),
     error=FloatSlider(value=0.3, min=0.0, max=1.0, step=0.05, continuous_update=False),
