@@ -74,7 +74,7 @@ from pitchopt.studies.tower import (
 
 # %%
 optimum = PostOptimum.from_functions(
-    lambda x, c: (x[0] - 3) ** 2,
+    lambda x, _: (x[0] - 3) ** 2,
     lambda x, c: np.array([x[0] - (1 + 2 * c - c**2)]),
     x=[1.0],
     c=0.0,
@@ -238,7 +238,7 @@ assert solved["soft-soft"].sizing.relative_multipliers().fatigue.sum() > 5 * pri
 
 # %%
 figure, (left, right) = plt.subplots(1, 2, figsize=(11.0, 4.4), layout="constrained")
-groups = ["frequency", "slenderness", "fatigue", "largest_diameter", "widening"]
+groups = ["frequency", "slenderness", "fatigue", "widening"]
 for i, (name, some) in enumerate(solved.items()):
     design = some.design
     z = np.linspace(0, design.length, design.diameter.size)
@@ -256,15 +256,16 @@ for i, (name, some) in enumerate(solved.items()):
 left.set_xlabel("wall [mm]")
 left.set_ylabel("height above the base [m]")
 left.legend(frameon=False)
-right.set_xticks(np.arange(len(groups)), [group.replace("_", "\n") for group in groups])
+right.set_xticks(np.arange(len(groups)), groups)
 right.set_ylabel("multipliers over the mass, summed [-]")
 right.legend(frameon=False)
 plt.show()
 
 # %% [markdown]
-# The standard tower is made by its frequency and by the slenderness of its walls; fatigue hardly
-# carries anything. A controller that saves fatigue has nothing to sell to it. The soft-soft tower
-# pays for fatigue.
+# The two towers hardly differ here (the study's soft-soft tower is 8 % lighter), but what holds
+# them does. The standard tower is made by its frequency and by the slenderness of its walls;
+# fatigue hardly carries anything, and a controller that saves fatigue has nothing to sell to it.
+# The soft-soft tower pays for fatigue.
 #
 # ## 4. What a damping controller would save
 #
@@ -279,6 +280,7 @@ plt.show()
 
 # %%
 weights = np.array([0.0, 0.03, 0.1, 0.3])
+FOLLOWED = {"standard": (0.3,), "soft-soft": (0.1, 0.3)}
 changes, truth, followed = {}, {}, {}
 for name, some in towers.items():
     tower = solved[name]
@@ -286,7 +288,7 @@ for name, some in towers.items():
     loads = [some.loads_on(tower.simulated, c).loads for c in weights]
     anew = [size_tower(HEIGHT, one, kinds[name], turbine, start=tower.design) for one in loads]
     truth[name] = np.array([one.mass for one in anew]) / tower.mass - 1
-    followed[name] = {c: some.at(HEIGHT, c).mass / tower.mass - 1 for c in (0.1, 0.3)}
+    followed[name] = {c: some.at(HEIGHT, c).mass / tower.mass - 1 for c in FOLLOWED[name]}
 for name, found in changes.items():
     mass = solved[name].mass
     print(f"{name}: change of the mass in per cent")
@@ -375,7 +377,4 @@ for name, found in changes.items():
 # more. Size the standard tower with diameters of at most 5.5, 5 and 4.5 m (loads frozen) and
 # compare.
 #
-# **Exercise 5 (hard).** The sized mass answers the mass of the simulated tower with a slope $\rho$,
-# and the estimate with the loads' response is high-order over $1 - \rho$. Measure $\rho$ for the
-# soft-soft tower by simulating towers with walls 2 and 4 % thinner and thicker. Is it clear of the
-# noise of one seed?
+# **Exercise 5 (hard).** The sized mass answers the mass of the simulated tower with a slope $\rho$, and the estimate with the loads' response is high-order over $1 - \rho$. Measure $\rho$ for the soft-soft tower by simulating towers with walls some per cent thinner and thicker, with the notebook's seed and with another. What does that say of a mended estimate?
