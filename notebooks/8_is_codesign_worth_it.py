@@ -377,4 +377,7 @@ for name, found in changes.items():
 # more. Size the standard tower with diameters of at most 5.5, 5 and 4.5 m (loads frozen) and
 # compare.
 #
-# **Exercise 5 (hard).** The sized mass answers the mass of the simulated tower with a slope $\rho$, and the estimate with the loads' response is high-order over $1 - \rho$. Measure $\rho$ for the soft-soft tower by simulating towers with walls some per cent thinner and thicker, with the notebook's seed and with another. What does that say of a mended estimate?
+# **Exercise 5 (hard).** The sized mass answers the mass of the simulated tower with a slope $\rho$,
+# and the estimate with the loads' response is high-order over $1 - \rho$. Measure $\rho$ for the
+# soft-soft tower by simulating towers with walls some per cent thinner and thicker, with the
+# notebook's seed and with another. What does that say of a mended estimate?

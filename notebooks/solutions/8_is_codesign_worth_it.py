@@ -122,7 +122,10 @@ for diameter in (6.0, 5.5, 5.0, 4.5):
 assert costs[4.5] > costs[5.0] > costs[6.0]
 
 # %% [markdown]
-# A tower that grows in diameter has a price near 0.9 ($m \propto D^2$ and $f \propto D^2$ at constant $D/t$). From 6 to 5.5 m it hardly moves, since fatigue takes a share; then more and more of the frequency has to come from walls, and at 4.5 m the price comes near the two of walls alone. The price of a limit is a property of what else may move.
+# A tower that grows in diameter has a price near 0.9 ($m \propto D^2$ and $f \propto D^2$ at
+# constant $D/t$). From 6 to 5.5 m it hardly moves, since fatigue takes a share; then more and more
+# of the frequency has to come from walls, and at 4.5 m the price comes near the two of walls alone.
+# The price of a limit is a property of what else may move.
 #
 # ## Exercise 5
 
@@ -160,4 +163,8 @@ ax.legend(frameon=False)
 plt.show()
 
 # %% [markdown]
-# One seed says that a heavier tower asks for a little less mass, the other for a little more: with one seed $\rho$ is not known, not even its sign, and an estimate mended with it would be mended by chance. The rounds of the full study (72 simulations a set) gave 0.34, which turned 1.78 into 2.70 % where 2.39 % is true (`docs/sensitivity.md`). Mending an estimate takes winds, like everything else about fatigue.
+# One seed says that a heavier tower asks for a little less mass, the other for a little more: with
+# one seed $\rho$ is not known, not even its sign, and an estimate mended with it would be mended by
+# chance. The rounds of the full study (72 simulations a set) gave 0.34, which turned 1.78 into 2.70
+# % where 2.39 % is true (`docs/sensitivity.md`). Mending an estimate takes winds, like everything
+# else about fatigue.
