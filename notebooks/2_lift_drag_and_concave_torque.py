@@ -11,7 +11,6 @@
 #     name: python3
 # ---
 
-
 # %% [markdown]
 # # 2. Lift, drag and why torque is concave in pitch
 #

@@ -11,7 +11,6 @@
 #     name: python3
 # ---
 
-
 # %% [markdown]
 # # 4. SCP, the trade-off and its certificate
 #
@@ -135,6 +134,7 @@ plt.show()
 
 # %%
 UNIT = 1e4
+ACCURACY = {"tol_gap_rel": 1e-7, "tol_gap_abs": 1e-5, "tol_feas": 1e-7}  # steps need no more
 x, t = cp.Variable((N, 1)), cp.Variable((N, 1))
 point, radius = cp.Parameter((N, 1)), cp.Parameter(nonneg=True)
 slope, here = cp.Parameter((4, N)), cp.Parameter((4, m))
@@ -166,7 +166,7 @@ def subproblem(profile, delta):
     tangent = curves.slopes[:4, np.arange(N), curves.segment(profile)]
     slope.value = tangent * np.deg2rad(delta) / UNIT
     here.value = curves.evaluate(profile).rotor / UNIT
-    promised = convex.solve(solver=cp.CLARABEL) * UNIT
+    promised = convex.solve(solver=cp.CLARABEL, **ACCURACY) * UNIT
     return problem.repaired(np.deg2rad(pitch.value.ravel())), promised
 
 
@@ -226,7 +226,7 @@ plt.show()
 # must hold: each point is the best of all known profiles at its own price. It follows that the curve is monotone.
 
 # %%
-prices = np.geomspace(0.3, 60.0, 8)
+prices = np.geomspace(0.3, 150.0, 9)
 result = tradeoff(task, mu=prices, losses=(), starts=3, anchors=3)
 T = np.array([p.mean_torque for p in result.points])
 J = np.array([p.rms_weighted for p in result.points])
@@ -243,13 +243,17 @@ figure, ax = plt.subplots(figsize=(7, 4.4), layout="constrained")
 plot_tradeoff(result, weights_name="unit", ax=ax)
 plt.show()
 
+# %% [markdown]
+# The knee is the point farthest from the chord between the ends of the curve, both axes scaled to one. It is a way of speaking, not a property of the
+# turbine: end the curve elsewhere and the knee moves.
+
 
 # %%
 def draw_point(index=result.knee):
     found = result.points[index]
     _, (left, middle, right) = plt.subplots(1, 3, figsize=(13, 3.4), layout="constrained")
-    left.semilogx(J / 1e3, T / 1e3, ".-", color="0.6")
-    left.semilogx(J[index] / 1e3, T[index] / 1e3, "C1o")
+    left.plot(J / 1e3, T / 1e3, ".-", color="0.6")
+    left.plot(J[index] / 1e3, T[index] / 1e3, "C1o")
     left.set_xlabel("weighted RMS [kN m]")
     left.set_ylabel("mean torque [kN m]")
     middle.plot(psi, np.rad2deg(found.profile), "C1", label=f"mu = {found.mu:.1f}")
@@ -363,7 +367,7 @@ def hull_bound(delta_deg):
         cp.Maximize(cp.sum(load[0]) / m - mu * rms),
         [cp.sum(share, axis=1) == 1, cp.abs(change) <= np.rad2deg(problem.step)],
     )
-    return program.solve(solver=cp.CLARABEL) * LARGE - one.value
+    return program.solve(solver=cp.CLARABEL, **ACCURACY) * LARGE - one.value
 
 
 whole = hull_bound(30.0)
@@ -443,6 +447,8 @@ figure, ax = plt.subplots(figsize=(6, 3.6), layout="constrained")
 ax.loglog(amplitude, blade / 1e3, "o-", label="RMS of one blade's bending")
 ax.loglog(amplitude, np.abs(tilt) / 1e3, "s-", label="constant tilt")
 ax.loglog(amplitude, hub / 1e3, "d-", label="sum of the four J")
+ax.set_xticks(amplitude, labels=[f"{a:g}" for a in amplitude])
+ax.minorticks_off()
 ax.set_xlabel("amplitude of 1P pitch [deg]")
 ax.set_ylabel("[kN m]")
 ax.legend()
@@ -502,8 +508,8 @@ for name, cap in (("no cap", None), ("blade cap", 1.0)):
 # **Exercise 3 (medium).** Run `scp` from constant pitches between -1° and 5°. How many different optima do you find, and how far apart are they?
 # What would you do with this in a program that others rely on?
 #
-# **Exercise 4 (medium).** In the uniform wind of section 7 the four $J$ are not zero, they grow with the square of the amplitude. Find the harmonic of one blade's
+# **Exercise 4 (medium).** In the uniform wind of section 7 the four $J$ are not zero, they grow nearly with the square of the amplitude. Take tilt. Find the harmonic of one blade's
 # load that they come from, and show that it is the curvature of the loads over pitch: with straight loads it would vanish.
 #
-# **Exercise 5 (hard).** Find the multipliers of section 5 without a solver: start at $y = 0$, $w = 0$ and go downhill on the bound by subgradients, with $y$ brought back
+# **Exercise 5 (hard).** Find the multipliers of section 5 without a solver: start at $y = 0$, leave $w = 0$ (the rate hardly binds here), and go downhill on the bound by subgradients, with $y$ brought back
 # to zero sum and to its ball after each step. How close to `relax` do 2000 steps come? Why is every step's result worth something?

@@ -104,6 +104,17 @@ def _client(notebook: Any, folder: str, timeout: Any) -> Any:
     from jupyter_client.kernelspec import KernelSpec, KernelSpecManager
     from jupyter_client.manager import AsyncKernelManager
     from nbclient import NotebookClient
+    from nbclient.output_widget import OutputWidget
+
+    class Recorded(OutputWidget):
+        """What a slider drew, kept here.
+
+        nbclient would send it to the kernel too, on the channel where it waits for the answer of
+        the cell; now and then the next cell is then never sent.  It is a known fault of nbclient.
+        """
+
+        def send(self, *args: Any, **kwargs: Any) -> None:
+            """Tell the kernel nothing."""
 
     class OwnPython(KernelSpecManager):
         """The interpreter that runs the script, whatever kernels are registered on the machine."""
@@ -113,15 +124,21 @@ def _client(notebook: Any, folder: str, timeout: Any) -> Any:
             command.append("--log-level=ERROR")  # of the kernel itself, not of the cells
             return KernelSpec(argv=command, display_name=kernel_name, language="python")
 
-    return NotebookClient(
+    client = NotebookClient(
         notebook,
-        km=AsyncKernelManager(kernel_name="python3", kernel_spec_manager=OwnPython()),
+        km=AsyncKernelManager(
+            kernel_name="python3",
+            kernel_spec_manager=OwnPython(),
+            cache_ports=True,  # kernels that start at the same time must not share a port
+        ),
         resources={"metadata": {"path": folder}},
         timeout_func=timeout,
         allow_errors=False,
         force_raise_errors=True,  # no tag of a cell may excuse an error
         store_widget_state=True,
     )
+    client.widget_registry = {"@jupyter-widgets/output": {"OutputModel": Recorded}}
+    return client
 
 
 def _environment(settings: str) -> dict[str, str]:

@@ -11,7 +11,6 @@
 #     name: python3
 # ---
 
-
 # %% [markdown]
 # # Solutions to 3. Power as a convex program, duals explained
 

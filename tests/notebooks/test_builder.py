@@ -45,7 +45,7 @@ def draw(a=1.0):
 draw()
 
 # %%
-interact(draw, a=(0.0, 2.0));
+_ = interact(draw, a=(0.0, 2.0))
 """
 # file name -> cells, and what the builder must say of them
 BAD = {
