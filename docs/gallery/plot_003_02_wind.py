@@ -1,0 +1,8 @@
+"""
+Wind over the rotor disc
+========================
+
+x
+"""
+
+from example_figures import example
