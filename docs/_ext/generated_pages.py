@@ -121,6 +121,7 @@ def _documentation(package: str, name: str, value: object) -> Iterator[str]:
     yield f".. auto{kind}:: {package}.{name}"
     if kind in {"class", "exception"}:
         yield "   :members:"
+    if kind == "exception":
         yield "   :show-inheritance:"
     yield ""
 
