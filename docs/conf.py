@@ -29,8 +29,12 @@ extensions = [
     "generated_pages",
     "mathml",
 ]
-exclude_patterns = ["_build", "_ext", "gallery", "auto_gallery/*.py", "README.md"]
-suppress_warnings = ["config.cache"]  # the scraper below is an object, which is never pickled
+exclude_patterns = ["_build", "_ext", "gallery", "**/sg_execution_times.rst"]
+exclude_patterns += ["generated/notebook-list.md"]  # included by notebooks.md
+suppress_warnings = [
+    "config.cache",  # the scraper below is an object, which is never pickled
+    "toc.empty_glob",  # pages that other parts of the project bring
+]
 
 # Markdown
 myst_enable_extensions = ["dollarmath", "deflist"]

@@ -8,11 +8,13 @@ CHANGELOG.md and others, with their links turned to the site's pages.
 
 from __future__ import annotations
 
+import ast
 import importlib
 import inspect
 import os
 import pkgutil
 import re
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -164,6 +166,28 @@ def api_pages() -> dict[str, str]:
     return pages
 
 
+def import_for_annotations() -> None:
+    """Carry out the imports that modules keep for type checkers, so that annotations resolve.
+
+    Without it ``Polar`` in a signature is a word, and two packages have a class of that name.
+    """
+    for name, module in list(sys.modules.items()):
+        if name.split(".")[0] not in PUBLIC or name in PUBLIC or not getattr(module, "__file__", ""):
+            continue
+        tree = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))
+        for block in tree.body:
+            if not (isinstance(block, ast.If) and ast.unparse(block.test) == "TYPE_CHECKING"):
+                continue
+            for line in block.body:
+                if isinstance(line, ast.ImportFrom) and line.module and not line.level:
+                    source = importlib.import_module(line.module)
+                    for alias in line.names:
+                        if hasattr(source, alias.name):
+                            vars(module).setdefault(
+                                alias.asname or alias.name, getattr(source, alias.name)
+                            )
+
+
 # --- the commands ------------------------------------------------------------------------------
 def _helps() -> Iterator[tuple[str, str, str]]:
     """Name, short help and ``--help`` of the program and of each command."""
@@ -195,6 +219,45 @@ def command_pages() -> dict[str, str]:
     index += [".. toctree::", "   :maxdepth: 1", ""] + [f"   {stem}" for stem in order] + [""]
     pages["commands/index.rst"] = "\n".join(index)
     return pages
+
+
+# --- case files --------------------------------------------------------------------------------
+def case_page() -> str:
+    """Every key of a case file, from the schema that reads it."""
+    from pitchopt.cases import case_toml, load_case
+    from pitchopt.cases.settings import SCHEMA
+
+    lines = ["# Case files", ""]
+    lines += [
+        "A case is a TOML file with a `name`, a `turbine` (key of the catalogue, or a windIO file",
+        "relative to the case) and these sections. What is left out keeps its default, which",
+        "`pitchopt turbines --template KEY` prints for a turbine. Unknown keys are refused with the",
+        "nearest known one.",
+        "",
+    ]
+    section = ""
+    for entry in SCHEMA:
+        if entry.section != section:
+            section = entry.section
+            lines += ["", f"## {section}", "", "| key | may be | meaning |", "|---|---|---|"]
+        allowed, meaning = (
+            text.replace("|", "\\|") for text in (entry.kind.allowed(), entry.doc)
+        )
+        lines.append(f"| `{entry.key}` | {allowed} | {meaning} |")
+    lines += ["", "## The template of a reference turbine", "", "```toml"]
+    lines += [case_toml(load_case("nrel-5mw")).rstrip(), "```", ""]
+    lines += ["## The case of the paper", "", "```toml"]
+    lines += [case_toml(load_case("biegel2011")).rstrip(), "```", ""]
+    return "\n".join(lines)
+
+
+def notebook_list() -> str:
+    """Notebooks that are in the repository, by the first heading of each."""
+    lines = []
+    for path in sorted((ROOT / "notebooks").glob("[0-9]*.py")):
+        heading = re.search(r"^# # (.+)$", path.read_text(encoding="utf-8"), flags=re.MULTILINE)
+        lines.append(f"- `notebooks/{path.name}`: {heading[1] if heading else path.stem}")
+    return "\n".join(lines) + "\n"
 
 
 # --- files of the root -------------------------------------------------------------------------
@@ -237,7 +300,13 @@ def repository_pages() -> dict[str, str]:
 # --- Sphinx ------------------------------------------------------------------------------------
 def write_pages(folder: Path) -> None:
     """Write all pages that have changed, and remove those that are no more."""
-    pages = {**api_pages(), **command_pages(), **repository_pages()}
+    pages = {
+        **api_pages(),
+        **command_pages(),
+        **repository_pages(),
+        "case-file.md": case_page(),
+        "notebook-list.md": notebook_list(),
+    }
     for name, text in pages.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -249,7 +318,9 @@ def write_pages(folder: Path) -> None:
 
 
 def _before(app: Any) -> None:
+    importlib.import_module("matplotlib.figure")
     write_pages(Path(app.srcdir) / GENERATED)
+    import_for_annotations()
 
 
 def _read(app: Any, name: str, source: list[str]) -> None:

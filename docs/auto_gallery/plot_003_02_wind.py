@@ -1,8 +1,0 @@
-"""
-Wind over the rotor disc
-========================
-
-x
-"""
-
-from example_figures import example
