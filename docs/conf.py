@@ -31,10 +31,7 @@ extensions = [
 ]
 exclude_patterns = ["_build", "_ext", "gallery", "**/sg_execution_times.rst"]
 exclude_patterns += ["generated/notebook-list.md"]  # included by notebooks.md
-suppress_warnings = [
-    "config.cache",  # the scraper below is an object, which is never pickled
-    "toc.empty_glob",  # pages that other parts of the project bring
-]
+suppress_warnings = ["config.cache"]  # the scraper below is an object, which is never pickled
 
 # Markdown
 myst_enable_extensions = ["dollarmath", "deflist"]
@@ -71,7 +68,7 @@ sphinx_gallery_conf = {
     "filename_pattern": r"plot_",
     "within_subsection_order": "FileNameSortKey",
     "image_scrapers": (FigureScraper(),),
-    "reset_modules": (),
+    "reset_modules": ("matplotlib",),
     "abort_on_example_error": True,
     "only_warn_on_example_error": False,
     "download_all_examples": False,

@@ -39,6 +39,8 @@ _BLOCK = re.compile(
 def lines(name: str, measurement: str | None = None) -> list[Record]:
     """Lines of a record, of one kind or all."""
     text = (RESULTS / f"{name}.json").read_text(encoding="utf-8")
+    if text.startswith("{\n"):  # one document of a study, not a line a measurement
+        return [json.loads(text)]
     found = [json.loads(line) for line in text.splitlines() if line.strip()]
     return [line for line in found if measurement in (None, line["measurement"])]
 
@@ -224,10 +226,12 @@ _FORMULATIONS = {
 def ipopt() -> Table:
     """Against CasADi with IPOPT."""
     found = lines("scp_vs_ipopt", "summary")
+    lead = "{:.2f} to {:.1f} %"
     rows: Rows = []
     for r in found:
         for key, words in _FORMULATIONS.items():
             f = r["formulations"][key]
+            least, most = f["objective_lead_percent_least"], f["objective_lead_percent_largest"]
             rows.append(
                 (
                     r["positions"],
@@ -237,8 +241,7 @@ def ipopt() -> Table:
                     span((f["ratio_least"], f["ratio_largest"])),
                     f"{r['ratio_aim']:g}",
                     f"{f['ipopt_runs_solved']} of {f['runs']}",
-                    f"{f['objective_lead_percent_least']:.2f} to "
-                    f"{f['objective_lead_percent_largest']:.1f} %",
+                    lead.format(least, most),
                 )
             )
     heads = (
@@ -621,6 +624,47 @@ def tuning_problems() -> Table:
     return heads, rows, found
 
 
+# --- towers --------------------------------------------------------------------------------------
+def tower_study() -> Table:
+    """Tables 1 to 3 of the tower's paper and figures of its text, beside the record's."""
+    (study,) = lines("tower_study")
+    cells: dict[str, dict[str, Record]] = {}
+    for row in study["tables"]:
+        cells.setdefault(row["quantity"], {})[row["configuration"]] = row
+    rows: Rows = [
+        (
+            quantity + ("" if first["unit"] in ("-", "") else f" [{_unit(first['unit'])}]"),
+            *(
+                _tower_figure(quantity, found.get(name, {}).get(key))
+                for name in ("standard", "soft-soft")
+                for key in ("paper", "ours")
+            ),
+        )
+        for quantity, found in cells.items()
+        for first in (next(iter(found.values())),)
+    ]
+    heads = ("", "standard, paper", "ours", "soft-soft, paper", "ours")
+    return heads, rows, [study]
+
+
+def _unit(text: str) -> str:
+    return text.replace("$", "\\$").replace("s2/m2", "s²/m²")
+
+
+def _tower_figure(quantity: str, value: float | None) -> str:
+    if value is None:
+        return ""
+    if quantity.startswith("change of cost"):
+        return f"{100.0 * value:+.3f} %"
+    if quantity.startswith("change"):
+        return f"{100.0 * value:+.1f} %"
+    if quantity.startswith(("sets", "iterations")):
+        return f"{value:.0f}"
+    if quantity.startswith(("energy", "cost of energy", "weight")):
+        return f"{value:.3f}"
+    return f"{value:.1f}" if abs(value) >= 10.0 else f"{value:.2f}"
+
+
 TABLES: dict[str, tuple[str, Callable[[], Table]]] = {
     "waiting": ("curve", waiting),
     "subproblems": ("direct_vs_cvxpy", subproblems),
@@ -639,6 +683,7 @@ TABLES: dict[str, tuple[str, Callable[[], Table]]] = {
     "turbulent": ("simulate", turbulent),
     "convergence": ("simulate", convergence),
     "random-starts": ("random_starts", random_starts),
+    "tower-study": ("tower_study", tower_study),
     "tuning-problems": ("tuning_problems", tuning_problems),
 }
 
@@ -650,7 +695,7 @@ def machine(records: Sequence[Record]) -> str:
     for record in records:
         environment = record.get("environment")
         if not environment or not environment.get("cpu"):
-            text = "machine not recorded"
+            text = "Machine not recorded"
         else:
             versions = environment["versions"]
             text = (

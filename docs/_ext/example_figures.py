@@ -57,7 +57,7 @@ class FigureScraper:
         return "FigureScraper()"
 
     def __call__(
-        self, block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]
+        self, _block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]
     ) -> str:
         """Save new figures and return the lines that show them."""
         from sphinx_gallery.scrapers import figure_rst

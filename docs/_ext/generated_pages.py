@@ -172,7 +172,11 @@ def import_for_annotations() -> None:
     Without it ``Polar`` in a signature is a word, and two packages have a class of that name.
     """
     for name, module in list(sys.modules.items()):
-        if name.split(".")[0] not in PUBLIC or name in PUBLIC or not getattr(module, "__file__", ""):
+        if (
+            name.split(".")[0] not in PUBLIC
+            or name in PUBLIC
+            or not getattr(module, "__file__", "")
+        ):
             continue
         tree = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))
         for block in tree.body:
@@ -231,8 +235,8 @@ def case_page() -> str:
     lines += [
         "A case is a TOML file with a `name`, a `turbine` (key of the catalogue, or a windIO file",
         "relative to the case) and these sections. What is left out keeps its default, which",
-        "`pitchopt turbines --template KEY` prints for a turbine. Unknown keys are refused with the",
-        "nearest known one.",
+        "`pitchopt turbines --template KEY` prints for a turbine. Unknown keys are refused, with",
+        "the nearest known one named.",
         "",
     ]
     section = ""
@@ -240,9 +244,7 @@ def case_page() -> str:
         if entry.section != section:
             section = entry.section
             lines += ["", f"## {section}", "", "| key | may be | meaning |", "|---|---|---|"]
-        allowed, meaning = (
-            text.replace("|", "\\|") for text in (entry.kind.allowed(), entry.doc)
-        )
+        allowed, meaning = (text.replace("|", "\\|") for text in (entry.kind.allowed(), entry.doc))
         lines.append(f"| `{entry.key}` | {allowed} | {meaning} |")
     lines += ["", "## The template of a reference turbine", "", "```toml"]
     lines += [case_toml(load_case("nrel-5mw")).rstrip(), "```", ""]
@@ -280,7 +282,9 @@ def repository_links(text: str, source: Path, page: Path) -> str:
         if inside in REPOSITORY_PAGES:
             named = DOCS / GENERATED / f"{REPOSITORY_PAGES[inside]}.md"
         elif not named.is_relative_to(DOCS):
-            return f"`{inside}`" if label in {inside, path, f"`{path}`"} else f"{label} (`{inside}`)"
+            return (
+                f"`{inside}`" if label in {inside, path, f"`{path}`"} else f"{label} (`{inside}`)"
+            )
         link = Path(os.path.relpath(named, page.parent)).as_posix()
         return f"[{label}]({link}{'#' + anchor if anchor else ''})"
 
@@ -327,6 +331,12 @@ def _read(app: Any, name: str, source: list[str]) -> None:
     page = Path(app.env.doc2path(name))
     if page.suffix == ".md" and GENERATED not in page.parts:
         source[0] = repository_links(source[0], page, page)
+        # patterns of a table of contents that match no page yet
+        source[0] = "".join(
+            line
+            for line in source[0].splitlines(keepends=True)
+            if not re.fullmatch(r"[a-z]+\*\n", line) or list(page.parent.glob(f"{line.strip()}.md"))
+        )
 
 
 def setup(app: Any) -> dict[str, Any]:

@@ -3,8 +3,8 @@ Figure 2: wind over the rotor disc
 ==================================
 
 Wind speed that a blade meets over azimuth and radius: shear, and the tower's shadow below the hub.
-Computed while the site is built (``examples/01_wind_field.py``).  The paper's colours run from 13 to
-16 m/s as well; its tower shadow has a pole that ours has not (:doc:`/papers`).
+Computed while the site is built (``examples/01_wind_field.py``).  The paper's colours run from 13
+to 16 m/s as well; its tower shadow has a pole that ours has not (:doc:`/papers`).
 """
 
 from matplotlib.figure import Figure

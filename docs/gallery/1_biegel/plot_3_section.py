@@ -2,11 +2,11 @@
 Figure 3: wind and forces at a blade section
 ============================================
 
-The paper sketches how the incoming wind and the blade's own motion make up the relative wind, and how
-lift and drag turn into an axial and a tangential force.  Here both are drawn to scale for the outer
-element of ``biegel2011`` at its best constant pitch, blade up, from wind and polars of the case.
-Computed while the site is built.  Seen along the blade from its tip; the section moves to the right and
-the wind blows upwards.
+The paper sketches how the incoming wind and the blade's own motion make up the relative wind, and
+how lift and drag turn into an axial and a tangential force.  Here both are drawn to scale for the
+outer element of ``biegel2011`` at its best constant pitch, blade up, from wind and polars of the
+case. Computed while the site is built.  Seen along the blade from its tip; the section moves to
+the right and the wind blows upwards.
 """
 
 import numpy as np

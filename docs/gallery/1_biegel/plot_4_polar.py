@@ -2,9 +2,9 @@
 Figure 4: lift and drag, and the fits that make torque concave
 ==============================================================
 
-The airfoil of ``biegel2011`` with its best concave lift and convex drag between two angles of attack.
-Computed while the site is built (``examples/02_polar_fit.py``).  The paper does not name its airfoil; the
-NACA 64-618 of the NREL 5 MW stands in.
+The airfoil of ``biegel2011`` with its best concave lift and convex drag between two angles of
+attack. Computed while the site is built (``examples/02_polar_fit.py``).  The paper does not name
+its airfoil; the NACA 64-618 of the NREL 5 MW stands in.
 """
 
 import numpy as np

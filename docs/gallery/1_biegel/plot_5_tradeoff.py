@@ -23,9 +23,10 @@ for point in result.points:
         print(f"{100 * result.loss(point):.1f} % lost: RMS cut {100 * result.cut(point):.1f} %")
 
 # %%
-# Single starts from constant pitches, as in the paper's figure: each line is one start, followed along
-# the price of load variation without a look at the others.  What is printed is how much of the largest
-# mean torque the best of them lies above the curve's own points, in the objective and at their prices.
+# Single starts from constant pitches, as in the paper's figure: each line is one start, followed
+# along the price of load variation without a look at the others.  What is printed is how much of
+# the largest mean torque the best of them lies above the curve's own points, in the objective and
+# at their prices.
 
 weights = LoadWeights()
 problem = task.problem()

@@ -2,8 +2,8 @@
 Figures 6 and 7: pitch profiles and the loads that follow
 =========================================================
 
-Power maximum, the design that loses 3 % of torque, and the best constant pitch over the paper's rotor
-position.  Computed while the site is built (``examples/04_profiles_and_loads.py``).
+Power maximum, the design that loses 3 % of torque, and the best constant pitch over the paper's
+rotor position.  Computed while the site is built (``examples/04_profiles_and_loads.py``).
 """
 
 from pitchopt.cases import load_case

@@ -2,9 +2,9 @@
 Figure 8: learning from loads alone
 ===================================
 
-AC load and mean torque over the rotations, wind 2 m/s faster after 22 rotations: the paper's learner,
-then the adaptive one.  Computed while the site is built (``examples/13_learning.py``); the paper goes
-from 2.94e4 to 2.80e3 in 20 rotations.
+AC load and mean torque over the rotations, wind 2 m/s faster after 22 rotations: the paper's
+learner, then the adaptive one.  Computed while the site is built (``examples/13_learning.py``);
+the paper goes from 2.94e4 to 2.80e3 in 20 rotations.
 """
 
 from pitchopt.cases import load_case

@@ -2,8 +2,8 @@
 Figures 3, 4 and 5: the speed regulator in two dimensions
 =========================================================
 
-Natural frequency and damping of the pitch regulator for the least tower fatigue within the limit of
-the generator speed, class B at 12 m/s.  Run in full while the site is built
+Natural frequency and damping of the pitch regulator for the least tower fatigue within the limit
+of the generator speed, class B at 12 m/s.  Run in full while the site is built
 (``examples/20_tune_speed_regulator.py``).
 """
 

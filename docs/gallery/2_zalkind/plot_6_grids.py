@@ -2,10 +2,10 @@
 Figure 6: against grid search
 =============================
 
-Where searches from four starts end over the cost of a grid, and cost against the number of simulations.
-**Shortened** while the site is built: runs of 60 s in place of 600 s, grids of 4 and 6, one repeat.  The
-figures to quote are those of the full run, ``examples/24_grid_comparison.py``, whose picture and table are in
-:doc:`/tuning`.
+Where searches from four starts end over the cost of a grid, and cost against the number of
+simulations. **Shortened** while the site is built: runs of 60 s in place of 600 s, grids of 4 and
+6, one repeat.  The figures to quote are those of the full run, ``examples/24_grid_comparison.py``,
+whose picture and table are in :doc:`/tuning`.
 """
 
 from pitchopt.plotting.tuning_comparison import comparison_figure

@@ -2,9 +2,10 @@
 Figures 7 and 8: lowest pitch against peak loads
 ================================================
 
-Pitches that were tried at a breakpoint, the gust of the worst seed with and without the tuned table, and the
-tables.  Run while the site is built for one weight of the load (kappa 0.03) with **three seeds** in place of six;
-``examples/23_minimum_pitch.py`` has the full study, three weights and the IEA 15 MW.
+Pitches that were tried at a breakpoint, the gust of the worst seed with and without the tuned
+table, and the tables.  Run while the site is built for one weight of the load (kappa 0.03) with
+**three seeds** in place of six; ``examples/23_minimum_pitch.py`` has the full study, three weights
+and the IEA 15 MW.
 """
 
 from example_figures import example

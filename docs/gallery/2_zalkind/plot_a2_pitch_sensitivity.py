@@ -28,9 +28,7 @@ for name in names():
     pitch, values = curve.pitch[full], slope[full] / turbine.rated_power
     (line,) = ax.plot(np.degrees(pitch), np.radians(values), ".", label=name)
     at_zero, linear, _ = fit_sensitivity(pitch, values)
-    ax.plot(
-        np.degrees(pitch), np.radians(at_zero * (1.0 + linear * pitch)), color=line.get_color()
-    )
+    ax.plot(np.degrees(pitch), np.radians(at_zero * (1.0 + linear * pitch)), color=line.get_color())
 ax.set(xlabel="pitch [deg]", ylabel="dP/dbeta over rated power [1/deg]")
 ax.legend(fontsize="small")
 ax.grid(alpha=0.3)

@@ -2,8 +2,8 @@
 Figure 2: Bayesian optimisation step by step
 ============================================
 
-Posterior, samples and acquisition on Forrester's function in 20 evaluations.  Run in full while the site is
-built (``examples/19_bayesian_steps.py``).
+Posterior, samples and acquisition on Forrester's function in 20 evaluations.  Run in full while
+the site is built (``examples/19_bayesian_steps.py``).
 """
 
 from example_figures import example

@@ -2,10 +2,10 @@
 Figures 3 and 4: individual pitch tuned in gain and azimuth offset
 ==================================================================
 
-Samples of gain and offset at 1P and 2P, coloured by cost, and the progress of the tuner, at 7 and 25 m/s.
-**Shortened** while the site is built: 40 evaluations with two seeds of 120 s, in place of 100 with six seeds of
-600 s.  The figures to quote are those of the full run, ``examples/22_tune_individual_pitch.py``, in
-:doc:`/tuning`.
+Samples of gain and offset at 1P and 2P, coloured by cost, and the progress of the tuner, at 7 and
+25 m/s. **Shortened** while the site is built: 40 evaluations with two seeds of 120 s, in place of
+100 with six seeds of 600 s.  The figures to quote are those of the full run,
+``examples/22_tune_individual_pitch.py``, in :doc:`/tuning`.
 """
 
 from pitchopt.plotting import gain_samples, individual_pitch_figure, progress_figure

@@ -2,10 +2,10 @@
 Figure 1: the estimator on one variable and one constraint
 ==========================================================
 
-One design variable x, one parameter c that was frozen at 0, one limit on x that moves with c.  The estimate holds
-the design where it was and takes the change of the Lagrangian.  Left the objective couples x and c weakly, right
-strongly: there the best design leaves the limit, and the estimate misses.  Computed while the site is built with
-the library's own estimator.
+One design variable x, one parameter c that was frozen at 0, one limit on x that moves with c.  The
+estimate holds the design where it was and takes the change of the Lagrangian.  Left the objective
+couples x and c weakly, right strongly: there the best design leaves the limit, and the estimate
+misses.  Computed while the site is built with the library's own estimator.
 """
 
 import numpy as np
@@ -24,7 +24,10 @@ def optimum(coupling, c):
 
 figure = Figure(figsize=(10.0, 4.2), layout="constrained")
 for ax, coupling, title in zip(
-    figure.subplots(1, 2, sharey=True), (0.1, 2.5), ("weak coupling", "strong coupling"), strict=True
+    figure.subplots(1, 2, sharey=True),
+    (0.1, 2.5),
+    ("weak coupling", "strong coupling"),
+    strict=True,
 ):
     x_old, z_old = optimum(coupling, 0.0)
     po = PostOptimum.from_functions(
@@ -38,7 +41,9 @@ for ax, coupling, title in zip(
     x_new, z_new = optimum(coupling, DC)
     x = np.linspace(-8.0, 4.0, 201)
     for c, style in ((0.0, "-"), (DC, "--")):
-        ax.plot(x, 0.1 * (x - 8.0) ** 2 + coupling * c * x, "k", linestyle=style, label=f"c = {c:g}")
+        ax.plot(
+            x, 0.1 * (x - 8.0) ** 2 + coupling * c * x, "k", linestyle=style, label=f"c = {c:g}"
+        )
         ax.axvline(LIMIT + 0.5 * c, color="tab:orange", linestyle=style)
     ax.plot(x_old, z_old, "o", color="tab:blue", label="optimum at c = 0")
     ax.plot(x_new, z_new, "k^", markersize=9, label="optimum at c = 1")

@@ -2,10 +2,10 @@
 Figures 2 to 5: a tower designed together with its controller
 =============================================================
 
-Damage over the controller's weight, towers and their multipliers, estimated and true masses, and the cost of
-energy over height and weight.  Drawn from the **committed record** of the full study,
-``benchmarks/results/tower_study.json`` (``pitchopt tower``, half an hour); the tables beside the paper's are in
-:doc:`/sensitivity`.
+Damage over the controller's weight, towers and their multipliers, estimated and true masses, and
+the cost of energy over height and weight.  Drawn from the **committed record** of the full study,
+``benchmarks/results/tower_study.json`` (``pitchopt tower``, half an hour); the tables beside the
+paper's are in :doc:`/sensitivity`.
 """
 
 from types import SimpleNamespace
@@ -38,7 +38,8 @@ for ax, (name, part) in zip(
     ax.set_title(f"{name} tower")
 
 # %%
-# Figure 3: designs, multipliers of frequency and geometry (summed over their places) and of fatigue.
+# Figure 3: designs, multipliers of frequency and geometry (summed over their places) and of
+# fatigue.
 
 towers = {
     name: SimpleNamespace(
@@ -82,11 +83,11 @@ for ax, (name, part) in zip(
     ax.set_title(f"{name} tower")
 
 # %%
-# Figure 5: change of the cost of energy by the first-order and the high-order estimate, and of towers that were
-# sized anew at every point.
+# Figure 5: change of the cost of energy by the first-order and the high-order estimate, and of
+# towers that were sized anew at every point.
 
-from pitchopt.studies.tower import CostMap, CostModel, Economics, LoadSettings  # noqa: E402
-from pitchopt.turbines import load_turbine  # noqa: E402
+from pitchopt.studies.tower import CostMap, CostModel, Economics, LoadSettings
+from pitchopt.turbines import load_turbine
 
 GWH = 3.6e12
 turbine = load_turbine(study["turbine"])

@@ -2,8 +2,8 @@
 Figures C1 to C5: quadratic programs on which assumptions break
 ===============================================================
 
-Planes of the designs and both estimates beside the true optimum, for three families of programs.  Solved in full
-while the site is built (``examples/27_sensitivity_quadratic.py``).
+Planes of the designs and both estimates beside the true optimum, for three families of programs.
+Solved in full while the site is built (``examples/27_sensitivity_quadratic.py``).
 """
 
 import numpy as np
@@ -36,8 +36,8 @@ figure_c1 = planes(linearity, (0.0, 0.5, 1.0))
 figure_c2 = estimates_figure(linearity)
 
 # %%
-# As printed, b = 20 and b = 5 do not differ: their first constraint binds with a multiplier of zero or not at all
-# (:doc:`/papers`).  With one half before P they do, as the paper's text says:
+# As printed, b = 20 and b = 5 do not differ: their first constraint binds with a multiplier of
+# zero or not at all (:doc:`/papers`).  With one half before P they do, as the paper's text says:
 
 halved = [estimated_curve(program.halved(), dc) for program in linearity_programs()]
 figure_c2_halved = estimates_figure(halved)
