@@ -1,6 +1,6 @@
 """Sphinx's settings: ``make docs`` builds the site with warnings as errors.
 
-The built site needs no network: the theme brings its own files and formulas are MathML.
+The built site needs no network: the theme brings its own files and formulas are pictures in the page.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ extensions = [
     "numpydoc",
     "sphinx_gallery.gen_gallery",
     "generated_pages",
-    "mathml",
+    "formulas",
 ]
 exclude_patterns = ["_build", "_ext", "gallery", "**/sg_execution_times.rst"]
 exclude_patterns += ["generated/notebook-list.md"]  # included by notebooks.md
@@ -55,7 +55,7 @@ numpydoc_xref_param_type = False
 
 html_theme = "furo"
 html_title = f"pitchopt {release}"
-html_math_renderer = "mathml"
+html_math_renderer = "svg"
 html_static_path = ["_static"]
 html_css_files = ["pitchopt.css"]
 html_copy_source = False
