@@ -1,6 +1,7 @@
 """Sphinx's settings: ``make docs`` builds the site with warnings as errors.
 
-The built site needs no network: the theme brings its own files and formulas are pictures in the page.
+The built site needs no network: the theme brings its own files, and formulas are pictures in
+the page.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Formulas as pictures in the page (inline SVG), drawn by matplotlib while the site is built.
 
-No script, no font and no network in the browser, and the same look everywhere.  The formula's source
-is the picture's label for screen readers.  What matplotlib cannot draw is a warning, which ends a
-build with warnings as errors.
+No script, no font and no network in the browser, and the same look everywhere.  The formula's
+source is the picture's label for screen readers.  What matplotlib cannot draw is a warning, which
+ends a build with warnings as errors.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ LOGGER = logging.getLogger(__name__)
 SIZE = 100.0  # units an em
 SCALE = 1.12  # of the formulas' font to the text's
 
-_ARGUMENT = r"\s*(\\[a-zA-Z]+|[^\\{{}}\s])"
+_ARGUMENT = r"\s*(\\[a-zA-Z]+|[^\\{}\s])"
+_SCRIPT = r"(?:\{(?:[^{}]|\{[^{}]*\})*\}|[^\\{}\s])"
 # LaTeX that matplotlib writes otherwise
 _PLAIN = (
     (re.compile(r"\s+"), " "),
@@ -36,16 +37,18 @@ _PLAIN = (
     (re.compile(r"\\[bB]igg?r\s*"), r"\\right"),
     (re.compile(r"\\[bB]igg?\s*(?=[(\[|)\]\\])"), ""),
     (re.compile(r"\\(?:text|display)style(?![a-zA-Z])"), ""),
-    (re.compile(r"\\[dt]frac(?![a-zA-Z])"), r"\\frac"),
+    (re.compile(r"\\tfrac(?![a-zA-Z])"), r"\\frac"),
     (re.compile(r"\\le(?![a-zA-Z])"), r"\\leq "),
     (re.compile(r"\\ge(?![a-zA-Z])"), r"\\geq "),
     (re.compile(r"\\[lr]Vert(?![a-zA-Z])"), r"\\Vert "),
     (re.compile(r"\\[lr]vert(?![a-zA-Z])"), r"\\vert "),
     (re.compile(r"\\lfloor(?![a-zA-Z])"), r"\\lfloor "),
     (re.compile(r"\\top(?![a-zA-Z])"), r"\\mathrm{T}"),
-    (re.compile(rf"\\frac{_ARGUMENT}{_ARGUMENT}".replace("{{}}", "{}")), r"\\frac{\1}{\2}"),
-    (re.compile(rf"\\(sqrt|mathrm|mathbf|underline|overline){_ARGUMENT}".replace("{{}}", "{}")), r"\\\1{\2}"),
+    (re.compile(rf"\\(d?frac){_ARGUMENT}{_ARGUMENT}"), r"\\\1{\2}{\3}"),
+    (re.compile(rf"\\(sqrt|mathrm|mathbf|underline|overline){_ARGUMENT}"), r"\\\1{\2}"),
+    (re.compile(rf"(\\sum(?:[_^]{_SCRIPT})*)"), r"\1\\,"),
     (re.compile(r"\\bmod(?![a-zA-Z])"), r"\\;\\mathrm{mod}\\;"),
+    (re.compile("'(?!')"), r"^{\\prime}"),
     (re.compile("°"), r"^\\circ"),
     (re.compile(r"\\\$"), r"\\$"),
 )
@@ -109,7 +112,8 @@ def visit_inline(visitor: Any, node: nodes.Element) -> None:
 def visit_block(visitor: Any, node: nodes.Element) -> None:
     r"""A formula on lines of its own, which ``\\`` ends."""
     for line in re.split(r"\\\\(?:\[[^\]]*\])?\s", node.astext()):
-        visitor.body.append(f'<div class="formula">{_drawn(visitor, node, line)}</div>')
+        large = re.sub(r"\\frac(?![a-zA-Z])", r"\\dfrac", line)
+        visitor.body.append(f'<div class="formula">{_drawn(visitor, node, large)}</div>')
     raise nodes.SkipNode
 
 

@@ -147,7 +147,7 @@ def test_a_wrong_option_is_not_understood():
         program.get_command(context, "design").make_context("design", ["--no-such", "1"])
 
 
-RUN = [page for page in PAGES if page.parent.name == "howto" or page.stem in ("tutorial", "json")]
+RUN = [page for page in PAGES if page.parent.name == "howto" or page.stem in ("tutorial", "json", "dynamics")]
 
 
 @pytest.mark.parametrize("page", RUN, ids=ids)
