@@ -26,10 +26,11 @@ _COMMANDS = {
     "learn": "A pitch profile learned from measured loads alone, beside the designed one.",
     "simulate": "The turbine in turbulence: statistics, damage-equivalent loads, time series.",
     "tune": "Controllers tuned by simulation: zeroth-order, Bayesian, and others beside them.",
+    "compare": "All methods on one turbine in the same winds: one table, and where each pays.",
     "sensitivity": "What a changed limit, price or wind would do to an optimum, beside the truth.",
     "tower": "A tower designed together with its controller: estimates, truth, cost of energy.",
     "check": "Compute stored bounds again, from curves and multipliers alone.",
-    "export": "A profile as CSV, as harmonics, or as AeroDyn motion files.",
+    "export": "A profile for CSV, AeroDyn or ROSCO; individual pitch control for ROSCO.",
     "turbines": "What the catalogue holds; templates of case files.",
 }
 
@@ -43,6 +44,7 @@ Examples:
   pitchopt learn --wind-step 22:+2
   pitchopt simulate --wind-speed 12 --turbulence B --seeds 6
   pitchopt tune --problem speed-regulator --method zoo
+  pitchopt compare --report
   pitchopt sensitivity --case nrel-5mw --wind-speed 15 --mu 3
   pitchopt tower --quick --out tower
   pitchopt turbines --template nrel-5mw > my-case.toml
