@@ -31,6 +31,7 @@ extensions = [
     "formulas",
 ]
 exclude_patterns = ["_build", "_ext", "gallery", "**/sg_execution_times.rst"]
+exclude_patterns += ["sg_execution_times.rst"]  # reads scripts from the network
 exclude_patterns += ["generated/notebook-list.md"]  # included by notebooks.md
 suppress_warnings = ["config.cache"]  # the scraper below is an object, which is never pickled
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
+import json
 import re
 import shlex
 import tomllib
@@ -11,7 +12,7 @@ from pathlib import Path
 import click
 import pytest
 
-from pitchopt.cli.main import program
+from pitchopt.cli.main import main, program
 from pitchopt.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -147,7 +148,11 @@ def test_a_wrong_option_is_not_understood():
         program.get_command(context, "design").make_context("design", ["--no-such", "1"])
 
 
-RUN = [page for page in PAGES if page.parent.name == "howto" or page.stem in ("tutorial", "json", "dynamics")]
+RUN = [
+    page
+    for page in PAGES
+    if page.parent.name == "howto" or page.stem in ("tutorial", "json", "dynamics")
+]
 
 
 @pytest.mark.parametrize("page", RUN, ids=ids)
@@ -167,6 +172,24 @@ def test_toml_shown_is_toml(page):
     for language, block in FENCE.findall(page.read_text(encoding="utf-8")):
         if language == "toml":
             tomllib.loads(block)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "tradeoff --positions 6 --segments 10 --points 2 --starts 1 --no-certify --json",
+        "design --positions 6 --segments 10 --mu 3 --starts 1 --json",
+        "turbines --json",
+    ],
+    ids=lambda words: words.split()[0],
+)
+def test_keys_of_documents_are_described(words, capsys):
+    assert main(words.split()) == 0
+    document = json.loads(capsys.readouterr().out)
+    described = set(re.findall(r"`(\w+)`", (DOCS / "json.md").read_text(encoding="utf-8")))
+    assert set(document) <= described
+    for part in (document.get("design"), *document.get("points", [])):
+        assert set(part or {}) <= described
 
 
 def test_gallery_and_list_of_figures_agree():
