@@ -64,6 +64,7 @@ WRITES = {
     "30_rosco_open_loop": ["30_lead.png", "30_rosco"],
     "31_rosco_individual_pitch": ["31_band_pass.png", "31_discon_ipc.txt"],
     "32_csv_and_harmonics": ["32_harmonics.csv", "32_profile.csv"],
+    "33_compare": ["33_changes.png", "33_compare.html"],
 }
 NEEDS = {"26_dask_cluster": "distributed"}
 
