@@ -1,4 +1,4 @@
-"""One comparison: where does a profile that is planned for steady wind stop paying in turbulence?
+"""One comparison: the turbulence in which a profile planned for steady wind stops paying.
 
 A designed and a learned profile and individual pitch control on one turbine, in steady wind and in
 weak and strong turbulence, side by side; a table, a picture and a page that needs no network.
