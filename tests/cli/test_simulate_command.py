@@ -45,6 +45,7 @@ def numbers_of(value):
     return [value] if isinstance(value, float) else []
 
 
+@pytest.mark.slow
 def test_schema_of_the_document(run, tmp_path):
     assert run(*QUICK, "--turbulence", "none", "--json").status == 0  # compiles, and may say so
     done = run(*QUICK, "--wind-speed", "8,14", "--seeds", "2", "--json")

@@ -217,6 +217,7 @@ def test_finished_study_comes_from_its_journal(document, tmp_path, monkeypatch):
     assert len(more["evaluations"]) == 8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
 def test_stopped_study_goes_on_to_the_same_table(document, tmp_path, boxes, project_root, how):
     args = (*TORQUE, "--method", "bayes", "--evaluations", "10")
