@@ -18,12 +18,6 @@ QUICK = ("simulate", "--step", "0.05", "--duration", "8", "--skip", "2", "--box-
 RUNAWAY = "[torque]\nfactor = 0.01\n[pitch]\nproportional = 0\nintegral = 1e-9\n"
 
 
-@pytest.fixture(autouse=True)
-def own_cache(tmp_path_factory, monkeypatch):
-    """No box of the tests in the user's cache folder."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
-
-
 @pytest.fixture
 def document(run):
     """Run with --json; the document."""

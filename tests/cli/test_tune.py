@@ -21,19 +21,6 @@ SHORT = ("--duration", "20", "--skip", "10", "--seeds", "1", "--workers", "1")
 TORQUE = ("tune", "--problem", "torque-gain", "--wind-speed", "8", *SHORT)
 
 
-@pytest.fixture(scope="module")
-def boxes(tmp_path_factory):
-    """Folder of the Kaimal boxes of all tests here."""
-    return tmp_path_factory.mktemp("boxes")
-
-
-@pytest.fixture(autouse=True)
-def own_cache(boxes, monkeypatch):
-    """No box of the tests in the user's cache folder; no bar on a slow machine."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(boxes))
-    monkeypatch.setattr("pitchopt.cli.progress.DELAY", 1e6)
-
-
 @pytest.fixture
 def document(run):
     """Run with --json; the document."""
