@@ -12,6 +12,7 @@ from pathlib import Path
 from click.shell_completion import CompletionItem
 
 __all__ = [
+    "COMPARED",
     "CONTROLLERS",
     "METHODS",
     "PROBLEMS",
@@ -33,6 +34,11 @@ PROBLEMS = ("torque-gain", "speed-regulator", "minimum-pitch", "individual-pitch
 METHODS = (
     *("zoo", "bayes", "grid", "random", "lhs", "sobol", "spsa", "nelder-mead", "cobyla"),
     "cma-es",
+)
+
+COMPARED = (
+    *("collective", "feed-forward", "learned", "ipc-grid", "ipc-zoo", "ipc-bayes"),
+    "feed-forward+ipc",
 )
 
 _CATALOGUE = Path(__file__).parents[1] / "turbines" / "data"

@@ -29,16 +29,17 @@ _COMMANDS = {
     "learn": "A pitch profile learned from measured loads alone.",
     "simulate": "The moving turbine in steady wind or turbulence; fatigue loads.",
     "tune": "Controllers tuned by simulation, by a choice of tuners.",
+    "compare": "All methods on one turbine in the same winds, side by side.",
     "sensitivity": "What a changed limit, price or wind would do to a design.",
     "tower": "A tower designed together with its controller; cost of energy.",
     "check": "Proven bounds computed again from their certificates.",
-    "export": "A profile as files that other programs read.",
+    "export": "Profiles and controllers as files that other programs read.",
     "turbines": "The reference turbines; templates of case files.",
     "completion": "Completion of commands, options and names in your shell.",
 }
 _SECTIONS = {
     "Design a pitch profile": ("tradeoff", "design", "robust", "schedule", "sensitivity"),
-    "Learn, simulate, tune": ("learn", "simulate", "tune", "tower"),
+    "Learn, simulate, tune": ("learn", "simulate", "tune", "compare", "tower"),
     "Files and set-up": ("turbines", "export", "check", "completion"),
 }
 _OTHER = "Other commands"
@@ -58,6 +59,7 @@ More:
   pitchopt learn --wind-step 22:+2
   pitchopt simulate --wind-speed 12 --turbulence B --seeds 6 --controller ipc
   pitchopt tune --problem individual-pitch --method bayes
+  pitchopt compare --quick --report
   pitchopt tower --quick --out tower
 
 \b

@@ -37,6 +37,7 @@ __all__ = [
     "output_options",
     "result_options",
     "search_options",
+    "turbine_case_options",
     "turbine_option",
 ]
 
@@ -119,19 +120,29 @@ _CURVES = (".npz", ".csv")
 
 
 def case_options(function: F) -> F:
-    """Options that choose and change a case."""
+    """Options that choose and change a case, or a table of curves."""
+    curves = click.option(
+        "--curves", type=Option("file", endings=_CURVES), metavar="FILE",
+        help="Design on this table of blade loads over azimuth and pitch (.npz or .csv), from any "
+        "aerodynamic code, instead of the rotor model.",
+    )  # fmt: skip
+    return _case_options(function, DEFAULT_CASE, curves)
+
+
+def turbine_case_options(default: str) -> Callable[[F], F]:
+    """Options that choose and change a case with a turbine."""
+    return lambda function: _case_options(function, default)
+
+
+def _case_options(function: F, default: str, *more: Callable[[Any], Any]) -> F:
     first = [
         click.option(
             "--case", type=Option("case", names=turbines, endings=(".toml",)),
             metavar="NAME|FILE.toml",
             help="Turbine with wind, limits and weights: a built-in case (pitchopt turbines lists "
-            f"them) or a case file (pitchopt turbines --template).  [default: {DEFAULT_CASE}]",
+            f"them) or a case file (pitchopt turbines --template).  [default: {default}]",
         ),
-        click.option(
-            "--curves", type=Option("file", endings=_CURVES), metavar="FILE",
-            help="Design on this table of blade loads over azimuth and pitch (.npz or .csv), from "
-            "any aerodynamic code, instead of the rotor model.",
-        ),
+        *more,
     ]  # fmt: skip
     for title, parts in reversed(_CASE_SECTIONS.items()):
         options = [
@@ -258,7 +269,7 @@ def build_case(options: dict[str, Any]) -> Case:
     """The case that the options describe; takes its own options out of `options`."""
     from pitchopt.cases import Case, ObjectiveSettings, load_case
 
-    name, curves = options.pop("case"), options.pop("curves")
+    name, curves = options.pop("case"), options.pop("curves", None)
     given: dict[str, Any] = {}
     values: dict[str, Any] = {}
     for flag, field, _, _ in _CASE_OPTIONS:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -142,7 +143,12 @@ def finish(
         files = {
             f"{command}.json": document_text(document),
             f"{command}.csv": schedule_csv(result),
-            f"{command}.npz": several_npz(result),
+            f"{command}.npz": several_npz(
+                result,
+                rotor_speeds=[wind["rotor_speed_rpm"] * math.pi / 30 for wind in settings["winds"]],
+                blades=case.blades,
+                settings={"case": case.name, **settings},
+            ),
         }
         if not options["no_plots"]:
             from pitchopt.plotting import png, several_figures

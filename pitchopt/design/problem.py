@@ -251,7 +251,7 @@ class DesignProblem:
         return np.asarray(centre + min(share, float(room.min())) * offset)
 
     def travel(self, profile: FloatArray) -> float:
-        """Pitch travel of one revolution, sum |beta_{n+1} - beta_n| [rad]."""
+        """Pitch travel of one revolution, sum ``|beta_{n+1} - beta_n|`` [rad]."""
         return float(np.abs(np.roll(profile, -1) - profile).sum())
 
     def value(self, profile: FloatArray, objective: Objective) -> float:

@@ -29,6 +29,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pitchopt.checks import finite_number
 from pitchopt.errors import InputError
 from pitchopt.exports.files import read_text
 from pitchopt.exports.harmonics import harmonics
@@ -95,6 +96,7 @@ def blade_motion(
     step: float | None = None,
     revolutions: int = 4,
     interpolation: Interpolation = "linear",
+    initial_azimuth: float = 0.0,
 ) -> BladeMotion:
     """Motion of all blades under one profile.
 
@@ -113,6 +115,8 @@ def blade_motion(
         Revolutions that the files cover; the driver holds the last row afterwards.
     interpolation : {"linear", "fourier"}
         How the profile continues between its stations, see the module.
+    initial_azimuth : float
+        Of blade 1 at time 0 [rad]; the AeroDyn driver starts at 0.
 
     Raises
     ------
@@ -139,7 +143,8 @@ def blade_motion(
     if rows + 1 > MAX_ROWS:
         raise InputError(f"step, revolutions: {rows + 1} rows, expected at most {MAX_ROWS}")
     turned = step * np.arange(rows + 1, dtype=np.float64)
-    place = turned + 2 * np.pi * np.arange(blades)[:, None] / blades
+    start = finite_number("initial_azimuth", initial_azimuth)
+    place = start + turned + 2 * np.pi * np.arange(blades)[:, None] / blades
     if interpolation == "linear":
         pitch, slope = _linear(psi, beta, place)
         second = np.zeros_like(pitch)

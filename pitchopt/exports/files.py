@@ -26,7 +26,8 @@ def write_files(folder: str | os.PathLike[str], contents: Mapping[str, bytes | s
     folder : path
         Made if it does not exist.
     contents : mapping of str to bytes or str
-        File names and what they hold; text is written as UTF-8.
+        File names, with a folder before them or not, and what they hold; text is written as
+        UTF-8.
 
     Returns
     -------
@@ -45,6 +46,7 @@ def write_files(folder: str | os.PathLike[str], contents: Mapping[str, bytes | s
     try:
         for name, content in contents.items():
             target = root / name
+            target.parent.mkdir(parents=True, exist_ok=True)
             temporary = _temporary(target)
             pending.append((temporary, target))
             data = content.encode("utf-8") if isinstance(content, str) else content

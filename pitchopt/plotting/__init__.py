@@ -6,6 +6,13 @@ matplotlib's settings.  `figures` puts several of them on one page.
 
 from __future__ import annotations
 
+from pitchopt.plotting.comparison import (
+    ExcerptLike,
+    method_figures,
+    plot_changes,
+    plot_excerpts,
+    plot_over_intensity,
+)
 from pitchopt.plotting.figures import (
     contraction_figure,
     learned_profiles_figure,
@@ -70,6 +77,7 @@ from pitchopt.plotting.turbine_learning import (
 from pitchopt.plotting.wind import plot_wind_field
 
 __all__ = [
+    "ExcerptLike",
     "GainSamples",
     "PitchSamples",
     "SteadyCurve",
@@ -80,9 +88,11 @@ __all__ = [
     "learned_profiles_figure",
     "learning_figure",
     "loads_figure",
+    "method_figures",
     "minimum_pitch_figure",
     "pitch_tables_figure",
     "plot_acquisition",
+    "plot_changes",
     "plot_channel",
     "plot_contraction",
     "plot_cost_progress",
@@ -91,10 +101,12 @@ __all__ = [
     "plot_design_sensitivity",
     "plot_design_space",
     "plot_estimates",
+    "plot_excerpts",
     "plot_gain_offset",
     "plot_learned_profiles",
     "plot_learning",
     "plot_loads",
+    "plot_over_intensity",
     "plot_over_time",
     "plot_over_wind_speed",
     "plot_pitch_samples",

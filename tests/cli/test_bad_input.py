@@ -102,7 +102,10 @@ def test_bad_options(refused, command, options, message):
         (("turbines", "none.yaml"), r"none\.yaml: no such file"),
         (("turbines", "--template", "nrel"), r"turbine: got 'nrel'"),
         (("turbines", "nrel-5mw", "--template", "nrel-5mw"), r"--template"),
-        (("export",), r"--format: got None, expected one of csv, harmonics, aerodyn"),
+        (
+            ("export",),
+            r"--format: got None, expected one of csv, harmonics, aerodyn, rosco",
+        ),
         (("export", "x.npz", "--format", "hdf"), r"--format: got 'hdf'"),
         (("export", "x.npz", "--format", "csv"), r"profiles file: got 'x\.npz' \(no such file\)"),
         (("export", "--format", "csv"), r"goal: got none"),

@@ -221,6 +221,7 @@ def test_completion(capsys, monkeypatch, tmp_path, line, found):
 
 
 def test_names_to_complete_are_those_of_the_library():
+    from pitchopt.studies.comparison import METHODS as COMPARED
     from pitchopt.studies.simulation import CONTROLLERS
     from pitchopt.studies.tuning import PROBLEMS
     from pitchopt.tuning.methods import METHODS
@@ -229,6 +230,7 @@ def test_names_to_complete_are_those_of_the_library():
     assert completing.CONTROLLERS == CONTROLLERS
     assert completing.PROBLEMS == PROBLEMS
     assert completing.METHODS == METHODS
+    assert completing.COMPARED == COMPARED
     assert sorted(completing.turbines()) == sorted(names())
 
 

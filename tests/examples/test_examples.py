@@ -61,6 +61,9 @@ WRITES = {
     ],
     "28_sensitivity_design": ["28_curves.png", "28_sensitivity.csv", "28_sensitivity.png"],
     "29_tower": ["29_tower.png"],
+    "30_rosco_open_loop": ["30_lead.png", "30_rosco"],
+    "31_rosco_individual_pitch": ["31_band_pass.png", "31_discon_ipc.txt"],
+    "32_csv_and_harmonics": ["32_harmonics.csv", "32_profile.csv"],
 }
 MORE = {"26_dask_cluster": ["--lose-a-worker"]}
 SAYS = {"26_dask_cluster": ("killed midway", "both tables are the same")}

@@ -68,6 +68,17 @@ def test_fourier_is_the_series_and_its_derivatives():
     )
 
 
+@pytest.mark.parametrize("interpolation", ["linear", "fourier"])
+def test_two_blades_from_an_initial_azimuth(profile, interpolation):
+    motion = blade_motion(
+        turn(72), profile, rotor_speed=OMEGA, blades=2, initial_azimuth=np.deg2rad(30.0),
+        interpolation=interpolation,
+    )  # fmt: skip
+    assert motion.blades == 2
+    assert motion.pitch[0, :60] == pytest.approx(profile[6:66])
+    assert motion.pitch[1, :30] == pytest.approx(profile[42:72])
+
+
 def test_files_round_trip(profile, tmp_path):
     motion = blade_motion(turn(72), profile, rotor_speed=OMEGA, interpolation="fourier")
     files = motion_files(motion)

@@ -35,6 +35,7 @@ from pitchopt.errors import InputError
 from pitchopt.sim import FREEDOMS, DynamicTurbine, Operation, Start
 from pitchopt.sim.wind import Wind, check_wind, wind_direction
 from pitchopt.studies.learning.dynamic_plant import DynamicPlant, whole_step
+from pitchopt.studies.simulation.winds import turbulence_level
 from pitchopt.turbines import Turbine
 from windfield import StaticField, TurbulentField, WindFieldError
 from windfield.iec import CLASSES
@@ -59,8 +60,9 @@ class TurbineSettings:
 
     Parameters
     ----------
-    turbulence : {"none", "A+", "A", "B", "C"}
-        Class of the normal turbulence model of IEC 61400-1; Kaimal spectra.
+    turbulence : str
+        ``none``, ``A+``, ``A``, ``B`` or ``C`` of the normal turbulence model of IEC 61400-1, or an
+        intensity such as ``0.05``; Kaimal spectra.
     structure : {"flexible", "rigid"}
         Whether blades and tower bend.
     rotor : {"held", "controlled"}
@@ -87,7 +89,6 @@ class TurbineSettings:
 
     def __post_init__(self) -> None:
         for name, allowed in (
-            ("turbulence", ("none", *CLASSES)),
             ("structure", ("flexible", "rigid")),
             ("rotor", ("held", "controlled")),
         ):
@@ -95,6 +96,12 @@ class TurbineSettings:
                 raise InputError(
                     f"{name}: got {getattr(self, name)!r}, expected one of {', '.join(allowed)}"
                 )
+        level = turbulence_level(self.turbulence)
+        if isinstance(level, str) and level not in ("none", *CLASSES):
+            raise InputError(
+                f"turbulence: got {self.turbulence!r}, expected one of "
+                f"{', '.join(('none', *CLASSES))}, or an intensity such as 0.05"
+            )
         finite_number("pitch_lag", self.pitch_lag, at_least=0.0, at_most=10.0)
         finite_number("longest_step", self.longest_step, above=0.0, at_most=0.2)
         whole_number("averaged", self.averaged, at_least=0)
@@ -205,7 +212,7 @@ class TurbineSetup:
                 width=width,
                 height=width,
                 points=_BOX_POINTS,
-                turbulence=self.settings.turbulence,
+                turbulence=turbulence_level(self.settings.turbulence),
                 seed=seed,
             )
             return TurbulentField(mean=self.wind, box=box)

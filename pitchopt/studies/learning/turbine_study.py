@@ -7,8 +7,10 @@ What a run starts from and is compared with:
 - start: the constant pitch that the static model has for the set-point; with a controller that of
   steady operation.  The set-point is the mean torque of the turbine with it in the steady wind;
 - constant: the start pitch held on a twin of the plant, over the same passages in the same wind;
-- design: the model-based profile of the static rotor at the same mean torque, told to the
-  turbine earlier by the measured lag.
+- design: the model-based profile of the static rotor at the same mean torque, told to the turbine
+  earlier by the half station that the plant is late and by the lag of the actuators, atan(omega
+  tau).  The structure asks for no lead: it answers the loads of wind and pitch alike, and what
+  cancels before it cancels behind it.
 
 Loads over rotations r = 1 ... R of a held profile are told in two figures,
 
@@ -21,6 +23,7 @@ is held can only change the second.
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from collections.abc import Mapping
@@ -298,7 +301,8 @@ def learn_on_turbine(
         return HeldLoads.of(profile, [plant.held(profile, judged) for plant in plants])
 
     setup, ref = study.setup, study.reference
-    design = turned_profile(ref.design.profile, setup.lag.angle)
+    late = math.pi / setup.stations + math.atan(setup.rotor_speed * turbine.pitch_lag)
+    design = turned_profile(ref.design.profile, late)
     if turbine.rotor == "controlled":
         design = design + (setup.start.pitch - design.mean())
     return TurbineLearning(

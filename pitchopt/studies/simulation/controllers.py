@@ -27,7 +27,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pitchopt.control import IndividualPitch, TurbineController, decoupling_offset
+from pitchopt.control import IndividualPitch, PitchProfile, TurbineController, decoupling_offset
 from pitchopt.errors import InputError
 from pitchopt.sim import Operation
 
@@ -86,12 +86,22 @@ def with_individual(
     controller: TurbineController, individual: IndividualPitch, operation: Operation
 ) -> TurbineController:
     """A controller with individual pitch, whose blades have the actuator's whole range."""
+    return _with_whole_range(dataclasses.replace(controller, individual=individual), operation)
+
+
+def with_feedforward(
+    controller: TurbineController, profile: PitchProfile, operation: Operation
+) -> TurbineController:
+    """A controller with a pitch profile, whose blades have the actuator's whole range."""
+    return _with_whole_range(dataclasses.replace(controller, feedforward=profile), operation)
+
+
+def _with_whole_range(controller: TurbineController, operation: Operation) -> TurbineController:
     limits = controller.pitch_range
     actuator = operation.dynamic.actuator
     assert actuator is not None  # set by DynamicTurbine
     return dataclasses.replace(
         controller,
-        individual=individual,
         pitch_range=dataclasses.replace(
             limits,
             blade_lowest=min(limits.lowest, actuator.lowest),

@@ -30,7 +30,7 @@ from windfield import (
 )
 from windfield.turbulent import SPEED_TOLERANCE
 
-__all__ = ["CLASSES", "WindCase", "wind_cases"]
+__all__ = ["CLASSES", "WindCase", "turbulence_level", "wind_cases"]
 
 CLASSES = ("A+", "A", "B", "C")
 _MARGIN = 1.01
@@ -97,7 +97,7 @@ def wind_cases(
             WindCase(u, box.label, None, mean, partial(_carried, mean, box))
             for u, mean in means.items()
         ]
-    level = _level(settings)
+    level = turbulence_level(settings.turbulence)
     word = f"class {level}" if isinstance(level, str) else f"intensity {level:g}"
     return [
         WindCase(
@@ -122,7 +122,7 @@ def _kind(settings: SimulationSettings) -> str:
     text = settings.turbulence
     if text == "none":
         return "none"
-    if isinstance(_level(settings), float) or text in CLASSES:
+    if isinstance(turbulence_level(settings.turbulence), float) or text in CLASSES:
         return "Kaimal"
     if text.lower().endswith(TURBSIM):
         return "TurbSim"
@@ -135,11 +135,18 @@ def _kind(settings: SimulationSettings) -> str:
     )
 
 
-def _level(settings: SimulationSettings) -> str | float:
+def turbulence_level(text: str) -> str | float:
+    """Turbulence as `windfield.kaimal_box` takes it: a number for an intensity, else the text.
+
+    Raises
+    ------
+    InputError
+        If an intensity is out of range.
+    """
     try:
-        level = float(settings.turbulence)
+        level = float(text)
     except ValueError:
-        return settings.turbulence
+        return text
     if not 0.0 < level <= 1.0:
         raise InputError(
             f"turbulence: got {level:g}, expected an intensity above 0 and at most 1; none for "
@@ -182,7 +189,7 @@ def _kaimal(
         width=2.0 * half,
         height=2.0 * min(half, hub),
         points=(settings.box_points, settings.box_points),
-        turbulence=_level(settings),
+        turbulence=turbulence_level(settings.turbulence),
         seed=seed,
         cache=cache,
     )

@@ -19,6 +19,8 @@ when they are needed, and stay there for the next time that the same plant comes
 
 from __future__ import annotations
 
+import copy
+import dataclasses
 import os
 import threading
 import uuid
@@ -147,6 +149,13 @@ class _Made:
                 self._operation = operation
             return self._operation
 
+    def elsewhere(self) -> _Made:
+        """The same turbine and operation, without winds."""
+        other = _Made()
+        with self._lock:
+            other._dynamic, other._operation = self._dynamic, self._operation
+        return other
+
     def wind(self, case: WindCase) -> Wind:
         """Wind of a case, made by whoever asks first while others wait for it."""
         key = (case.wind_speed, case.seed)
@@ -180,7 +189,8 @@ class TuningPlant:
     turbine : str or Turbine
         Key of the catalogue, file, or the turbine itself.
     turbulence : str
-        IEC class ``A+``, ``A``, ``B``, ``C``, or an intensity such as ``0.14``.
+        IEC class ``A+``, ``A``, ``B``, ``C``, an intensity such as ``0.14``, or ``none`` for steady
+        wind, which is the same with every seed.
     duration : float
         That measures are taken over [s].
     skip : float
@@ -330,7 +340,8 @@ class TuningPlant:
         InputError
             If a wind is outside of the turbine's range or a number cannot be used.
         """
-        wanted = [self._case(speed, seed) for speed, seed in cases]
+        pairs = list(cases)
+        wanted = [self._case(speed, seed) for speed, seed in pairs]
         found = simulate_many(
             self.dynamic,
             [partial(self._made.wind, case) for case in wanted],
@@ -338,7 +349,10 @@ class TuningPlant:
             self.settings.length,
             start=[self.operation.start(case.wind_speed) for case in wanted],
             interval=self.settings.interval,
-            labels=[f"{case.turbulence}, seed {case.seed}" for case in wanted],
+            labels=[
+                f"{case.turbulence}, seed {seed}"
+                for case, (_, seed) in zip(wanted, pairs, strict=True)
+            ],
             workers=self.workers,
         )
         with self._lock:
@@ -346,11 +360,11 @@ class TuningPlant:
         return [
             PlantRun(
                 wind_speed=case.wind_speed,
-                seed=case.seed or 0,
+                seed=seed,
                 skip=self.settings.skip,
                 simulation=simulation,
             )
-            for case, simulation in zip(wanted, found, strict=True)
+            for case, (_, seed), simulation in zip(wanted, pairs, found, strict=True)
         ]
 
     def check(self, cases: Iterable[tuple[float, int]]) -> None:
@@ -365,12 +379,21 @@ class TuningPlant:
             self._case(speed, seed)
             check_speeds(self.turbine, speed, speed)
 
+    def in_turbulence(self, turbulence: str) -> TuningPlant:
+        """The same turbine with its steady operation, in other turbulence."""
+        other = copy.copy(self)
+        other.settings = dataclasses.replace(self.settings, turbulence=turbulence)
+        other._token = uuid.uuid4().hex
+        other._made = self._made.elsewhere()
+        other._lock = threading.Lock()
+        other._simulations = 0
+        return other
+
     def _case(self, speed: float, seed: int) -> WindCase:
-        settings = SimulationSettings(
-            **{
-                **self.settings.plain(),
-                "wind_speeds": (float(speed),),
-                "seeds": (whole_number("seed", seed, at_least=0),),
-            }
+        one = whole_number("seed", seed, at_least=0)
+        settings = dataclasses.replace(
+            self.settings,
+            wind_speeds=(float(speed),),
+            seeds=None if self.settings.turbulence == "none" else (one,),
         )
         return wind_cases(self.dynamic, settings, self.cache)[0]

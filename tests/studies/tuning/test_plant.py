@@ -119,3 +119,24 @@ def test_bad_input(change, word):
 def test_a_bad_seed_is_named(plant, controller):
     with pytest.raises(InputError, match="seed"):
         plant.run(controller, [(16.0, -1)])
+
+
+def test_steady_wind_is_the_same_with_every_seed(plant, controller):
+    steady = plant.in_turbulence("none")
+    first, second = steady.run(controller, [(16.0, 1), (16.0, 2)])
+    assert (first.seed, second.seed) == (1, 2)
+    assert first.measures == second.measures
+    assert steady.document()["turbulence"] == "none"
+
+
+def test_other_turbulence_has_the_same_turbine_and_other_winds(plant, controller, runs):
+    other = plant.in_turbulence("0.05")
+    assert other.operation is plant.operation
+    assert other.dynamic is plant.dynamic
+    assert other.simulations == 0
+    calm = other.run(controller, [CASES[0]])[0]
+    assert other.simulations == 1
+    assert calm.measures["tower_load"] < runs[0].measures["tower_load"]
+    assert plant.settings.turbulence == "B"
+    again = other.in_turbulence("B").run(controller, [CASES[0]])[0]
+    assert again.measures == runs[0].measures

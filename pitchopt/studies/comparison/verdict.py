@@ -1,0 +1,127 @@
+"""Verdict: where a profile that is planned for a steady wind stops paying in turbulence.
+
+A method pays in a load where the lower end of the cut's confidence interval is above one per
+cent, it costs where the upper end is below minus one per cent, and in between there is no effect
+worth the travel of the pitch.  It stops paying at the first wind, in the order of intensity, in
+which it no longer pays in a load that it paid in before.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pitchopt.studies.comparison.measures import LOADS, Cut
+from pitchopt.studies.comparison.result import Comparison
+
+__all__ = ["WORTH", "LoadVerdict", "effect", "sentences", "verdicts", "wind_name"]
+
+WORTH = 0.01
+"""Least cut that counts [-]."""
+
+_WORDS = {
+    "blade": "blade out of plane",
+    "tower": "tower fore-aft",
+    "tilt": "tilt",
+    "yaw": "yaw",
+    "torque": "torque",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadVerdict:
+    """What a method does to one damage-equivalent load from wind to wind.
+
+    Attributes
+    ----------
+    load : str
+    cuts : dict of str to Cut
+        By wind, in the order of intensity.
+    effects : dict of str to str
+        ``pays``, ``costs`` or ``nothing``, by wind.
+    stops_at : str or None
+        First wind in which it no longer pays after one in which it did.
+    """
+
+    load: str
+    cuts: dict[str, Cut]
+    effects: dict[str, str]
+    stops_at: str | None
+
+
+def effect(cut: Cut) -> str:
+    """``pays``, ``costs`` or ``nothing``; see the module."""
+    if cut.least > WORTH:
+        return "pays"
+    if cut.most < -WORTH:
+        return "costs"
+    return "nothing"
+
+
+def wind_name(wind: str) -> str:
+    """A wind in words."""
+    if wind == "none":
+        return "steady wind"
+    return f"class {wind}" if not wind[0].isdigit() and wind[0] != "." else f"intensity {wind}"
+
+
+def verdicts(comparison: Comparison, method: str = "feed-forward") -> list[LoadVerdict]:
+    """What a method does to each load; without the winds in which it was not judged."""
+    found = []
+    for load in LOADS:
+        cuts = {}
+        for wind in comparison.winds:
+            one = comparison.cut(method, wind, "del", load)
+            if one is not None:
+                cuts[wind] = one
+        effects = {wind: effect(one) for wind, one in cuts.items()}
+        paid, stops = False, None
+        for wind, word in effects.items():
+            if paid and word != "pays" and stops is None:
+                stops = wind
+            paid = paid or word == "pays"
+        found.append(LoadVerdict(load=load, cuts=cuts, effects=effects, stops_at=stops))
+    return found
+
+
+def sentences(comparison: Comparison, method: str = "feed-forward") -> list[str]:
+    """The verdict in plain words, one line for each load and one on pitch travel."""
+    lines = []
+    for verdict in verdicts(comparison, method):
+        if not verdict.cuts:
+            continue
+        parts = ", ".join(
+            f"{_change(cut)} in {wind_name(wind)}" for wind, cut in verdict.cuts.items()
+        )
+        lines.append(f"{_WORDS[verdict.load]}: {parts}: {_ending(verdict)}")
+    travel = _travel(comparison, method)
+    return [*lines, travel] if travel else lines
+
+
+def _change(cut: Cut) -> str:
+    spread = "" if cut.half_width is None else f" ±{100 * cut.half_width:.1f}"
+    return f"{-100 * cut.mean:+.1f}{spread} %"
+
+
+def _ending(verdict: LoadVerdict) -> str:
+    words = set(verdict.effects.values())
+    if verdict.stops_at is not None:
+        again = verdict.effects[verdict.stops_at]
+        what = "costs" if again == "costs" else "stops paying"
+        return f"{what} at {wind_name(verdict.stops_at)}"
+    if words == {"pays"}:
+        return "pays everywhere"
+    if "pays" not in words:
+        return "pays nowhere" + (", costs" if "costs" in words else "")
+    first = next(wind for wind, word in verdict.effects.items() if word == "pays")
+    return f"pays from {wind_name(first)} on"
+
+
+def _travel(comparison: Comparison, method: str) -> str:
+    """Pitch travel beside that of the collective controller."""
+    parts = []
+    for wind in comparison.winds:
+        mine, other = comparison.entry(method, wind), comparison.entry("collective", wind)
+        if mine.runs:
+            degrees = [57.29577951308232 * one.mean("travel") for one in (mine, other)]
+            parts.append(f"{degrees[0]:.2f} for {degrees[1]:.2f} in {wind_name(wind)}")
+    return f"pitch travel a turn [deg]: {', '.join(parts)}" if parts else ""
