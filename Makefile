@@ -1,4 +1,4 @@
-# make demo | test | lint | docs | bench | clean.  Needs Python 3.11 or newer and make; nothing else.
+# make demo | test | lint | docs | notebooks | bench | clean.  Needs Python 3.11 or newer and make; nothing else.
 #
 # Everything is installed into a virtual environment of its own. Where the checkout lies on a
 # slow or shared file system, put the environment on a local disk:
@@ -21,16 +21,17 @@ export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test lint format docs bench clean check-python
+.PHONY: help demo test lint format docs notebooks bench clean check-python
 
 help:
-	@echo "make demo    install and run the main job on the built-in case; tables and plots in $(OUT)/"
-	@echo "make test    install with test tools and run the tests"
-	@echo "make lint    ruff, mypy, import contracts"
-	@echo "make format  let ruff mend what it can"
-	@echo "make docs    the site with gallery and API in docs/_build/html; warnings are errors"
-	@echo "make bench   timings beside other solvers, one JSON line each"
-	@echo "make clean   remove environment, build products and demo output"
+	@echo "make demo       install and run the main job on the built-in case; tables and plots in $(OUT)/"
+	@echo "make test       install with test tools and run the tests"
+	@echo "make lint       ruff, mypy, import contracts"
+	@echo "make format     let ruff mend what it can"
+	@echo "make docs       the site with gallery and API in docs/_build/html; warnings are errors"
+	@echo "make notebooks  run the teaching notebooks from top to bottom into notebooks/build/"
+	@echo "make bench      timings beside other solvers, one JSON line each"
+	@echo "make clean      remove environment, build products and demo output"
 
 demo: $(MARK)-core
 	$(VENV)/bin/pitchopt tradeoff --case biegel2011 --out $(OUT)
@@ -48,6 +49,9 @@ format: $(MARK)-test
 	$(PY) -m ruff check --fix .
 	$(PY) -m ruff format .
 
+notebooks: $(MARK)-notebooks
+	$(PY) tools/notebooks.py --jobs $(JOBS) $(NOTEBOOK_ARGS)
+
 docs: $(MARK)-docs
 	MPLBACKEND=Agg $(PY) -m sphinx -b html -W --keep-going -q docs docs/_build/html
 	@echo "docs/_build/html/index.html"
@@ -58,7 +62,7 @@ bench: $(MARK)-bench
 	test -n "$$found" || { echo "no scripts in benchmarks/" >&2; exit 1; }
 
 clean:
-	rm -rf $(VENV) build dist $(OUT) docs/_build docs/auto_gallery docs/generated .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) build dist notebooks/build $(OUT) docs/_build docs/auto_gallery docs/generated .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 	find ilc pitchopt windfield tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 check-python:
@@ -78,7 +82,7 @@ $(MARK)-core: pyproject.toml | $(PY)
 	@$(PIP) --editable .
 	@touch $@
 
-$(MARK)-test $(MARK)-bench $(MARK)-docs: $(MARK)-%: pyproject.toml | $(PY)
+$(MARK)-test $(MARK)-bench $(MARK)-notebooks $(MARK)-docs: $(MARK)-%: pyproject.toml | $(PY)
 	@echo "installing pitchopt and its $* tools into $(VENV) (a few minutes the first time)"
 	@$(PIP) --editable '.[$*]'
 	@touch $@ $(MARK)-core

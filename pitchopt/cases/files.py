@@ -173,10 +173,8 @@ def case_from_table(
     only_known(table, known, "")
     turbine = Text(optional=True).read("turbine", table.get("turbine", ""))
     builtin = turbine in builtin_names()
-    if turbine is not None and not builtin and folder is not None:
-        resolved = folder / turbine
-        if Path(turbine).suffix.lower() in (*_YAML, ".json"):
-            turbine = str(resolved)
+    if turbine is not None and not builtin:
+        turbine = _turbine(turbine, folder)
     curves = PathName().read("curves", table.get("curves", ""))
     if curves is not None and folder is not None:
         curves = folder / curves
@@ -198,6 +196,19 @@ def case_from_table(
     if base is None:
         base = Case(name=title or name, turbine=turbine, curves=curves)
     return base.with_values({"name": title, "curves": curves, **values})
+
+
+def _turbine(text: str, folder: Path | None) -> str:
+    """Key or path of a turbine that is no built-in case's; an error if it is neither."""
+    from pitchopt.turbines import load_turbine
+
+    if Path(text).suffix.lower() not in (*_YAML, ".json"):
+        load_turbine(text)  # an unknown key is best told here, where the file's name is known
+        return text
+    path = text if folder is None else str(folder / text)
+    if not Path(path).exists():
+        raise InputError(f"turbine: {path}: no such file")
+    return path
 
 
 def only_known(content: dict[str, Any], known: tuple[str, ...], section: str) -> None:

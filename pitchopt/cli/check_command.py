@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pitchopt.cli.help import Command
 from pitchopt.cli.options import json_option
+from pitchopt.cli.values import Option
 from pitchopt.errors import ComputationError
 
 if TYPE_CHECKING:
@@ -19,6 +21,7 @@ _ROUNDING = 1e-9  # by which a bound may come out above the stored one, relative
 
 _EPILOG = """\b
 Examples:
+  pitchopt design --max-power-loss 3% --certify deep --certify-gap 1% --out proven
   pitchopt check proven/certificates.npz
   pitchopt check proven/certificates.npz --curves table.npz
 
@@ -26,20 +29,22 @@ Examples:
 Exit status 0 when every bound comes out as stored or below, 1 when one does not."""
 
 
-@click.command("check", epilog=_EPILOG)
-@click.argument("file", metavar="CERTIFICATES.npz")
+@click.command("check", cls=Command, epilog=_EPILOG)
+@click.argument("file", type=Option("file", endings=(".npz",)), metavar="CERTIFICATES.npz")
 @click.option(
     "--curves",
+    type=Option("file", endings=(".npz", ".csv")),
     metavar="FILE",
-    help="Table of BladeCurves that the bounds are to hold for, instead of those stored beside "
-    "them; must be the same.",
+    help="Table of blade loads over azimuth and pitch that the bounds are to hold for, instead of "
+    "those stored beside them; must be the same.",
 )
 @json_option
 def command(**options: Any) -> int:
-    """Check the bounds in a file of certificates.
+    """Check the proven bounds in a file of certificates.
 
-    Every bound is computed again from the blade curves, the limits and the stored multipliers;
-    for a branch and bound the whole tree of regions is gone through.  No solver is called.
+    tradeoff and design say how far a profile is from the best possible, and store the proof. Every
+    bound is computed again from the blade loads, the limits and the stored multipliers; for a
+    branch and bound the whole tree of regions is gone through.  No solver is called.
     """
     import numpy as np
 

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pitchopt.cli.completing import COMPARED, TURBULENCE
+from pitchopt.cli.help import COMPUTATION, OUTPUT, Command, section
 from pitchopt.cli.options import (
     box_cache,
     build_case,
     cache_options,
-    case_options,
-    json_option,
-    output_options,
+    result_options,
+    turbine_case_options,
 )
 from pitchopt.cli.values import Given, Option, between, whole, words
 from pitchopt.errors import InputError
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 __all__ = ["command"]
 
-DEFAULT_TURBINE = "nrel-5mw"
+DEFAULT_CASE = "nrel-5mw"
 DEFAULT_WIND_SPEED = 15.0
 REPORT = "report.html"
 _QUICK: dict[str, Any] = {
@@ -76,107 +77,94 @@ Given again with the same --out, tuning goes on where it was stopped.
 See also: pitchopt tune, pitchopt learn, pitchopt design, pitchopt simulate."""
 
 
-@click.command("compare", epilog=_EPILOG)
-@case_options
-@click.option(
-    "--turbulence",
-    type=Option("names", words),
-    metavar="A,B,...",
-    default="none,C,B",
-    show_default=True,
-    help="Winds: none, classes of IEC 61400-1, intensities such as 0.05.",
-)
-@click.option(
-    "--methods",
-    type=Option("names", words),
-    metavar="A,B,...",
-    help="See below.  [default: all]",
-)
-@click.option(
-    "--seeds",
-    type=Option("n", whole(1, 1000)),
-    metavar="N",
-    help="Boxes of turbulence that methods are judged in.  [default: 12]",
-)
-@click.option(
-    "--tuning-seeds",
-    type=Option("n", whole(1, 1000)),
-    metavar="N",
-    help="Other boxes, that tuners have.  [default: 3]",
-)
-@click.option(
-    "--evaluations",
-    type=Option("n", whole(2, 1_000_000)),
-    metavar="N",
-    help="Of each tuner, at most.  [default: 81]",
-)
-@click.option(
-    "--rotations",
-    type=Option("n", whole(1, 100_000)),
-    metavar="N",
-    help="That the learner learns for.  [default: 20]",
-)
-@click.option(
-    "--averaged",
-    type=Option("n", whole(1, 10_000)),
-    metavar="N",
-    help="Turns over which it averages loads in turbulence.  [default: 20]",
-)
-@click.option(
-    "--duration",
-    type=Option("s", between(10, 1e5, "s")),
-    metavar="S",
-    help="Time of each simulation that counts.  [default: 600]",
-)
-@click.option(
-    "--skip",
-    type=Option("s", between(0, 1e5, "s")),
-    metavar="S",
-    help="Start-up before that, left out.  [default: 60]",
-)
-@click.option(
-    "--pitch-lag",
-    type=Option("s", between(0, 10, "s")),
-    metavar="S",
-    help="Time constant of the pitch actuators.  [default: 0.4]",
-)
-@click.option(
-    "--pitch-below-deg",
-    type=Option("deg", between(0, 45, "deg")),
-    metavar="DEG",
-    help="How far they reach below the turbine's own range.  [default: 10]",
-)
-@click.option(
-    "--seed",
-    type=Option("n", whole(0, 2**31)),
-    metavar="N",
-    default="0",
-    show_default=True,
-    help="Of tuners and of the design's random starts.",
-)
-@click.option(
-    "--quick",
-    is_flag=True,
-    help="Two seeds of 100 s, 12 evaluations and short learning where not given: to see what "
-    "comes out, not to conclude from.",
-)
-@click.option(
-    "--workers",
-    type=Option("n", whole(1, 1024)),
-    metavar="N",
-    help="Threads; results do not depend on them.  [default: one a processor]",
-)
-@cache_options
-@click.option("--no-plots", is_flag=True, help="Leave out the pictures.")
-@click.option(
+def _options(function: Any) -> Any:
+    """What is compared, and with how much effort."""
+    function = section(
+        COMPUTATION,
+        click.option(
+            "--seed", type=Option("n", whole(0, 2**31)), metavar="N", default="0",
+            show_default=True, help="Of tuners and of the design's random starts.",
+        ),
+        click.option(
+            "--workers", type=Option("n", whole(1, 1024)), metavar="N",
+            help="Threads; results do not depend on them.  [default: one a processor]",
+        ),
+    )(function)  # fmt: skip
+    function = section(
+        "Turbine and simulations",
+        click.option(
+            "--pitch-lag", type=Option("s", between(0, 10, "s")), metavar="S",
+            help="Time constant of the pitch actuators.  [default: 0.4]",
+        ),
+        click.option(
+            "--pitch-below-deg", type=Option("deg", between(0, 45, "deg")), metavar="DEG",
+            help="How far they reach below the turbine's own range, for all methods alike.  "
+            "[default: 10]",
+        ),
+        click.option(
+            "--duration", type=Option("s", between(10, 1e5, "s")), metavar="S",
+            help="Time of each simulation that counts.  [default: 600]",
+        ),
+        click.option(
+            "--skip", type=Option("s", between(0, 1e5, "s")), metavar="S",
+            help="Start-up before that, left out.  [default: 60]",
+        ),
+    )(function)  # fmt: skip
+    return section(
+        "What is compared",
+        click.option(
+            "--turbulence",
+            type=Option("names", words, names=("none", *TURBULENCE), several=True),
+            metavar="A,B,...", default="none,C,B", show_default=True,
+            help="Winds: none, classes of IEC 61400-1, intensities such as 0.05.",
+        ),
+        click.option(
+            "--methods", type=Option("names", words, names=COMPARED, several=True),
+            metavar="A,B,...", help="See below.  [default: all]",
+        ),
+        click.option(
+            "--seeds", type=Option("n", whole(1, 1000)), metavar="N",
+            help="Boxes of turbulence that methods are judged in.  [default: 12]",
+        ),
+        click.option(
+            "--tuning-seeds", type=Option("n", whole(1, 1000)), metavar="N",
+            help="Other boxes, that tuners have.  [default: 3]",
+        ),
+        click.option(
+            "--evaluations", type=Option("n", whole(2, 1_000_000)), metavar="N",
+            help="Of each tuner, at most.  [default: 81]",
+        ),
+        click.option(
+            "--rotations", type=Option("n", whole(1, 100_000)), metavar="N",
+            help="That the learner learns for.  [default: 20]",
+        ),
+        click.option(
+            "--averaged", type=Option("n", whole(1, 10_000)), metavar="N",
+            help="Turns over which it averages loads in turbulence.  [default: 20]",
+        ),
+        click.option(
+            "--quick", is_flag=True,
+            help="Two seeds of 100 s, 12 evaluations and short learning where not given: to see "
+            "what comes out, not to conclude from.",
+        ),
+    )(function)  # fmt: skip
+
+
+_REPORT = click.option(
     "--report",
     metavar="FILE",
     is_flag=False,
     flag_value=REPORT,
     help=f"Write an HTML page as well: {REPORT} in the folder of --out, or this file.",
 )
-@output_options
-@json_option
+
+
+@click.command("compare", cls=Command, epilog=_EPILOG)
+@turbine_case_options(DEFAULT_CASE)
+@_options
+@cache_options
+@section(OUTPUT, _REPORT)
+@result_options
 def command(**options: Any) -> int:
     """All methods on one turbine, one table.
 
@@ -194,8 +182,8 @@ def command(**options: Any) -> int:
     from pitchopt.studies.comparison import compare, comparison_document
 
     settings = _settings(options)
-    if options["case"] is None and options["curves"] is None:
-        options["case"] = DEFAULT_TURBINE
+    if options["case"] is None:
+        options["case"] = DEFAULT_CASE
         options["wind_speed"] = options["wind_speed"] or Given(DEFAULT_WIND_SPEED)
     case = build_case(options)
     as_json = options["as_json"]

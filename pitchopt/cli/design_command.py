@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pitchopt.cli.help import SEARCH, Command, section
 from pitchopt.cli.options import (
     build_case,
     case_options,
     certify_options,
-    json_option,
-    output_options,
+    result_options,
     search_options,
 )
 from pitchopt.cli.values import Option, as_share, numbers, torque
@@ -34,37 +34,35 @@ Examples:
   pitchopt design --curves table.npz --rotor-speed-rpm 12.1 --mu 3 --weights unit
 
 \b
-Files: design.json, profile.csv, profiles.npz, certificates.npz, and profiles.png,
-loads.png, wind.png.
+Files: design.json, profile.csv, profiles.npz (for pitchopt export and the controller file of
+pitchopt simulate), certificates.npz (for pitchopt check), and profiles.png, loads.png,
+wind.png.
 
 \b
 With --mean-torque the profile is compared with the constant pitch of the same
-torque, otherwise with the constant pitch of largest torque."""
+torque, otherwise with the constant pitch of largest torque.
+
+\b
+See also: tradeoff (all of them), robust and schedule (several winds), export, sensitivity."""
 
 
 def goal_options(function: Any) -> Any:
     """The three goals of a design."""
-    for option in reversed(
-        [
-            click.option(
-                "--mu", type=Option("x", numbers), metavar="X", help="Price of the weighted RMS."
-            ),
-            click.option(
-                "--max-power-loss",
-                type=Option("share", as_share),
-                metavar="SHARE",
-                help="Least RMS for at most this loss of mean torque: 2% or 0.02.",
-            ),
-            click.option(
-                "--mean-torque",
-                type=Option("torque", torque),
-                metavar="VALUE|rated",
-                help="Least RMS at this mean torque [N m], as above rated wind.",
-            ),
-        ]
-    ):
-        function = option(function)
-    return function
+    return section(
+        "Goal",
+        click.option(
+            "--max-power-loss", type=Option("share", as_share), metavar="SHARE",
+            help="Least weighted RMS for at most this loss of mean torque: 2% or 0.02.",
+        ),
+        click.option(
+            "--mean-torque", type=Option("torque", torque, names=("rated",)), metavar="NM|rated",
+            help="Least weighted RMS at this mean torque [N m], as above rated wind.",
+        ),
+        click.option(
+            "--mu", type=Option("x", numbers), metavar="X",
+            help="Largest mean torque less X times the weighted RMS of the loads.",
+        ),
+    )(function)  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,24 +154,29 @@ def rated_torque(case: Case) -> float:
     return torque
 
 
-@click.command("design", epilog=_EPILOG)
+@click.command("design", cls=Command, epilog=_EPILOG)
 @goal_options
 @case_options
 @search_options
 @certify_options
-@click.option(
-    "--resume",
-    metavar="FILE",
-    help="Go on from the proof in this certificates.npz of the same design; one made for a larger "
-    "gap cannot lead to a smaller one, and is made anew.",
+@section(
+    SEARCH,
+    click.option(
+        "--resume",
+        type=Option("file", endings=(".npz",)),
+        metavar="FILE",
+        help="Go on from the proof in this certificates.npz of the same design; one made for a "
+        "larger gap cannot lead to a smaller one, and is made anew.",
+    ),
 )
-@click.option("--no-plots", is_flag=True, help="Leave out the pictures.")
-@output_options
-@json_option
+@result_options
 def command(**options: Any) -> int:
     """One pitch profile.
 
-    Exactly one of --mu, --max-power-loss and --mean-torque says which.
+    The pitch of each blade over a turn with which the rotor's loads vary least for the torque it
+    gives. Exactly one of --max-power-loss, --mean-torque and --mu says which. Prints it beside the
+    best constant pitch and the power maximum, what it leaves of each load, and how far it is from
+    the best possible.
     """
     began = time.perf_counter()
     from pitchopt.cli import output

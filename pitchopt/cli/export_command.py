@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from pitchopt.cli.design_command import goal_options
+from pitchopt.cli.help import Command
 from pitchopt.cli.options import _CASE_OPTIONS, case_options, json_option, search_options
 from pitchopt.cli.values import Option, between, numbers, positive, whole
 from pitchopt.errors import InputError
@@ -86,7 +87,7 @@ pitchopt simulate has its own.
 docs/exports.md says more."""
 
 
-@click.command("export", epilog=_EPILOG)
+@click.command("export", cls=Command, epilog=_EPILOG)
 @click.argument("source", required=False, metavar="[PROFILES.npz|CONTROLLER]")
 @click.option("--format", "form", metavar="|".join(FORMATS), help="What to write.  [required]")
 @click.option(

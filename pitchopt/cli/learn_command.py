@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pitchopt.cli.help import Command, section
 from pitchopt.cli.learn_turbine import chosen_plant, learn_turbine, turbine_options
-from pitchopt.cli.options import build_case, case_options, json_option, output_options
+from pitchopt.cli.options import build_case, case_options, result_options
 from pitchopt.cli.values import (
     DRIFT_ROTATIONS,
     Given,
@@ -53,136 +54,137 @@ learner contraction.png. pitchopt export takes profiles.npz with --point learned
 
 \b
 Rotations count from the end of the experiment, in which the learner perturbs the
-pitch. A cap on the blade load is left out: no learner measures that load."""
+pitch. A cap on the blade load is left out: no learner measures that load.
+
+\b
+See also: design (with the model), export, simulate."""
 
 
 def _run_options(function: Any) -> Any:
     """Learner, length and start."""
-    for option in reversed(
-        [
-            click.option(
-                "--learner", type=click.Choice(["adaptive", "paper"]), default="adaptive",
-                show_default=True,
-                help="Tracked model and constrained steps, or the fixed gain of the paper.",
-            ),
-            click.option(
-                "--rotations", type=Option("n", whole(1, 100_000)), metavar="N", default="50",
-                show_default=True, help="Rotations after the experiment.",
-            ),
-            click.option(
-                "--max-power-loss", type=Option("share", as_share), metavar="SHARE",
-                help="Set-point: this share below the largest mean torque of each wind.  "
-                "[default: 7%]",
-            ),
-            click.option(
-                "--mean-torque", type=Option("torque", torque), metavar="VALUE|rated",
-                help="Set-point: this mean torque in any wind [N m].",
-            ),
-            click.option(
-                "--start-pitch-deg", type=Option("deg", between(-180, 180, "deg")), metavar="DEG",
-                help="Constant pitch to start from.  [default: that with the set-point's torque]",
-            ),
-            click.option(
-                "--amplitude-deg", type=Option("deg", positive(20, "deg")), metavar="DEG",
-                help="Perturbations in the experiment.  [default: 0.5]",
-            ),
-            click.option("--separate", is_flag=True, help="One profile for each blade."),
-            click.option(
-                "--learning-rate", type=Option("x", positive(1, "-")), metavar="KAPPA",
-                help="Of the paper's learner.  [default: 0.3]",
-            ),
-            click.option(
-                "--damping", type=Option("x", between(0, 1e6, "-")), metavar="NU",
-                help="Of the paper's learner, relative to the mean eigenvalue of D'D.  "
-                "[default: 0]",
-            ),
-            click.option(
-                "--smoothing", type=Option("x", positive(1, "-")), metavar="Q",
-                help="Of the paper's learner: weight of a rotation's measured means.  "
-                "[default: 0.5]",
-            ),
-        ]
-    ):  # fmt: skip
-        function = option(function)
-    return function
+    function = section(
+        "The paper's learner",
+        click.option(
+            "--learning-rate", type=Option("x", positive(1, "-")), metavar="KAPPA",
+            help="Share of a step that is taken.  [default: 0.3]",
+        ),
+        click.option(
+            "--damping", type=Option("x", between(0, 1e6, "-")), metavar="NU",
+            help="Relative to the mean eigenvalue of D'D, D the identified response of the loads "
+            "to pitch.  [default: 0]",
+        ),
+        click.option(
+            "--smoothing", type=Option("x", positive(1, "-")), metavar="Q",
+            help="Weight of a rotation's measured means.  [default: 0.5]",
+        ),
+    )(function)  # fmt: skip
+    return section(
+        "Learner",
+        click.option(
+            "--learner", type=click.Choice(["adaptive", "paper"]), default="adaptive",
+            show_default=True,
+            help="Tracked model and constrained steps, or the fixed gain of the paper.",
+        ),
+        click.option(
+            "--rotations", type=Option("n", whole(1, 100_000)), metavar="N", default="50",
+            show_default=True, help="Rotations after the experiment.",
+        ),
+        click.option(
+            "--max-power-loss", type=Option("share", as_share), metavar="SHARE",
+            help="Set-point: this share below the largest mean torque of each wind.  "
+            "[default: 7%]",
+        ),
+        click.option(
+            "--mean-torque", type=Option("torque", torque, names=("rated",)), metavar="NM|rated",
+            help="Set-point: this mean torque in any wind [N m].",
+        ),
+        click.option(
+            "--start-pitch-deg", type=Option("deg", between(-180, 180, "deg")), metavar="DEG",
+            help="Constant pitch to start from.  [default: that with the set-point's torque]",
+        ),
+        click.option(
+            "--amplitude-deg", type=Option("deg", positive(20, "deg")), metavar="DEG",
+            help="Perturbations in the experiment.  [default: 0.5]",
+        ),
+        click.option("--separate", is_flag=True, help="One profile for each blade."),
+        click.option(
+            "--seed", type=Option("n", whole(0, 2**63 - 1)), metavar="N", default="0",
+            show_default=True, help="Seed of noise, dropout and drift.",
+        ),
+        click.option(
+            "--checkpoint", type=Option("file", endings=(".npz",)), metavar="FILE.npz",
+            help="Saved after every rotation; a run whose file exists goes on from it.",
+        ),
+    )(function)  # fmt: skip
 
 
 def _plant_options(function: Any) -> Any:
     """Sensors, wind and a blade that differs."""
     share = Option("share", as_share_or_none)
-    for option in reversed(
-        [
-            click.option(
-                "--noise", type=share, metavar="SHARE", default="0", show_default=True,
-                help="Standard deviation of the measurement noise: 0.02 or 2% of each load's RMS "
-                "at the starting pitch.",
-            ),
-            click.option(
-                "--noise-of", type=click.Choice(["rms", "mean"]), default="rms",
-                show_default=True, help="Noise as a share of each load's RMS or of its mean.",
-            ),
-            click.option(
-                "--quantisation", type=share, metavar="SHARE", default="0", show_default=True,
-                help="Step of the measured loads, as a share of each load's RMS.",
-            ),
-            click.option(
-                "--delay", type=Option("n", whole(0, 100_000)), metavar="SAMPLES", default="0",
-                show_default=True, help="Lag of the measurements; the learner is told.",
-            ),
-            click.option(
-                "--dropout", type=share, metavar="SHARE", default="0", show_default=True,
-                help="Probability of a sample to be lost.",
-            ),
-            click.option(
-                "--wind-step", type=Option("step", wind_step), metavar="ROTATION:CHANGE",
-                help="Wind speed changes after so many rotations, such as 22:+2 [m/s].",
-            ),
-            click.option(
-                "--wind-ramp", type=Option("ramp", wind_ramp), metavar="FIRST-LAST:CHANGE",
-                help="Wind speed changes between two rotations, such as 20-30:+2 [m/s].",
-            ),
-            click.option(
-                "--wind-drift", type=Option("drift", wind_drift), metavar="STD[:ROTATIONS]",
-                help="Wind speed drifts at random, with this standard deviation [m/s] and "
-                f"correlation.  [default of ROTATIONS: {DRIFT_ROTATIONS:g}]",
-            ),
-            click.option(
-                "--blade-pitch-offset-deg", type=Option("deg", between(-20, 20, "deg")),
-                metavar="DEG", help="What the pitch of blade 1 is above the commanded one.",
-            ),
-            click.option(
-                "--blade-chord", type=Option("x", positive(10, "-")), metavar="FACTOR",
-                help="Factor on the chord of blade 1.",
-            ),
-            click.option(
-                "--seed", type=Option("n", whole(0, 2**63 - 1)), metavar="N", default="0",
-                show_default=True, help="Seed of noise, dropout and drift.",
-            ),
-        ]
-    ):  # fmt: skip
-        function = option(function)
-    return function
+    function = section(
+        "What changes or differs (static rotor)",
+        click.option(
+            "--wind-step", type=Option("step", wind_step), metavar="ROTATION:CHANGE",
+            help="Wind speed changes after so many rotations, such as 22:+2 [m/s].",
+        ),
+        click.option(
+            "--wind-ramp", type=Option("ramp", wind_ramp), metavar="FIRST-LAST:CHANGE",
+            help="Wind speed changes between two rotations, such as 20-30:+2 [m/s].",
+        ),
+        click.option(
+            "--wind-drift", type=Option("drift", wind_drift), metavar="STD[:ROTATIONS]",
+            help="Wind speed drifts at random, with this standard deviation [m/s] and "
+            f"correlation.  [default of ROTATIONS: {DRIFT_ROTATIONS:g}]",
+        ),
+        click.option(
+            "--blade-pitch-offset-deg", type=Option("deg", between(-20, 20, "deg")),
+            metavar="DEG", help="What the pitch of blade 1 is above the commanded one.",
+        ),
+        click.option(
+            "--blade-chord", type=Option("x", positive(10, "-")), metavar="FACTOR",
+            help="Factor on the chord of blade 1.",
+        ),
+    )(function)  # fmt: skip
+    return section(
+        "Sensors",
+        click.option(
+            "--noise", type=share, metavar="SHARE", default="0", show_default=True,
+            help="Standard deviation of the measurement noise: 0.02 or 2% of each load's RMS "
+            "at the starting pitch.",
+        ),
+        click.option(
+            "--noise-of", type=click.Choice(["rms", "mean"]), default="rms",
+            show_default=True, help="Noise as a share of each load's RMS or of its mean.",
+        ),
+        click.option(
+            "--quantisation", type=share, metavar="SHARE", default="0", show_default=True,
+            help="Step of the measured loads, as a share of each load's RMS.",
+        ),
+        click.option(
+            "--delay", type=Option("n", whole(0, 100_000)), metavar="SAMPLES", default="0",
+            show_default=True, help="Lag of the measurements; the learner is told.",
+        ),
+        click.option(
+            "--dropout", type=share, metavar="SHARE", default="0", show_default=True,
+            help="Probability of a sample to be lost.",
+        ),
+    )(function)  # fmt: skip
 
 
-@click.command("learn", epilog=_EPILOG)
+@click.command("learn", cls=Command, epilog=_EPILOG)
 @_run_options
 @_plant_options
 @turbine_options
 @case_options
-@click.option(
-    "--checkpoint",
-    metavar="FILE",
-    help="Saved after every rotation; a run whose file exists goes on from it.",
-)
-@click.option("--no-plots", is_flag=True, help="Leave out the pictures.")
-@output_options
-@json_option
+@result_options
 def command(**options: Any) -> int:
     """A pitch profile learned from measured loads alone.
 
-    A learner turns the static rotor of a case, or the dynamic turbine, sees the four rotor loads
-    and nothing else, and is compared with constant pitch and with the profile that is designed with
-    the model.
+    A learner perturbs the pitch, sees the four loads of the rotor (torque, tilt, yaw, thrust) and
+    nothing else, and changes the profile from rotation to rotation so that they vary less at a
+    given mean torque. It turns the static rotor of a case, or the dynamic turbine. Prints what is
+    left of the variation rotation by rotation, beside constant pitch and the profile that is
+    designed with the model.
     """
     began = time.perf_counter()
     from pitchopt.cli import output

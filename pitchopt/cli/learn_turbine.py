@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pitchopt.cli.completing import TURBULENCE
+from pitchopt.cli.help import Aliased, section
 from pitchopt.cli.output import case_line
 from pitchopt.cli.tables import number, text_table
 from pitchopt.cli.values import Option, between, whole
@@ -24,7 +26,7 @@ _DEFAULTS: dict[str, Any] = {
     "turbulence": "none",
     "structure": "flexible",
     "rotor": "held",
-    "actuator_time": 0.0,
+    "pitch_lag": 0.0,
     "averaged": 0,
 }
 _SHOWN = (1, 2, 3, 5, 10, 20)
@@ -32,40 +34,37 @@ _SHOWN = (1, 2, 3, 5, 10, 20)
 
 def turbine_options(function: Any) -> Any:
     """What the learner runs on, and what of the dynamic turbine moves."""
-    for option in reversed(
-        [
-            click.option(
-                "--plant", type=click.Choice(["static", "dynamic"]), default="static",
-                show_default=True,
-                help="The rotor in equilibrium, or the turbine with structure, wake and "
-                "controller in motion.",
-            ),
-            click.option(
-                "--turbulence", type=click.Choice(["none", "A+", "A", "B", "C"]),
-                help="Class of IEC 61400-1 on top of the wind.  [dynamic; default: none]",
-            ),
-            click.option(
-                "--structure", type=click.Choice(["flexible", "rigid"]),
-                help="Whether blades and tower bend.  [dynamic; default: flexible]",
-            ),
-            click.option(
-                "--rotor", type=click.Choice(["held", "controlled"]),
-                help="Rotor speed held, or free with the baseline controller.  [dynamic; "
-                "default: held]",
-            ),
-            click.option(
-                "--actuator-time", type=Option("s", between(0.0, 10.0, "s")), metavar="S",
-                help="Time constant of the pitch actuators.  [dynamic; default: 0]",
-            ),
-            click.option(
-                "--averaged", type=Option("n", whole(0, 10_000)), metavar="N",
-                help="Rotations over which the loads of a profile are averaged.  [dynamic; "
-                "default: 0, one passage]",
-            ),
-        ]
-    ):  # fmt: skip
-        function = option(function)
-    return function
+    return section(
+        "Plant (all but the first: of the dynamic turbine)",
+        click.option(
+            "--plant", type=click.Choice(["static", "dynamic"]), default="static",
+            show_default=True,
+            help="The rotor in equilibrium, or the turbine with structure, wake and "
+            "controller in motion.",
+        ),
+        click.option(
+            "--turbulence", type=click.Choice(["none", *TURBULENCE]),
+            help="Class of IEC 61400-1 on top of the wind.  [default: none]",
+        ),
+        click.option(
+            "--structure", type=click.Choice(["flexible", "rigid"]),
+            help="Whether blades and tower bend.  [default: flexible]",
+        ),
+        click.option(
+            "--rotor", type=click.Choice(["held", "controlled"]),
+            help="Rotor speed held, or free with the baseline controller.  [default: held]",
+        ),
+        click.option(
+            "--pitch-lag", "--actuator-time", "pitch_lag", cls=Aliased,
+            type=Option("s", between(0.0, 10.0, "s")), metavar="S",
+            help="Time constant of the pitch actuators.  [default: 0]",
+        ),
+        click.option(
+            "--averaged", type=Option("n", whole(0, 10_000)), metavar="N",
+            help="Rotations over which the loads of a profile are averaged.  [default: 0, one "
+            "passage]",
+        ),
+    )(function)  # fmt: skip
 
 
 def chosen_plant(options: Mapping[str, Any]) -> str:

@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from pitchopt.cli.values import Given, Option, as_share, case_value, positive, whole
+from pitchopt.cli.completing import turbines
+from pitchopt.cli.help import COMPUTATION, OUTPUT, SEARCH, section
+from pitchopt.cli.values import (
+    FOLDER,
+    Given,
+    Option,
+    as_share,
+    between,
+    case_value,
+    positive,
+    whole,
+)
 from pitchopt.errors import InputError
 
 if TYPE_CHECKING:
@@ -22,8 +33,12 @@ __all__ = [
     "case_options",
     "certify_options",
     "json_option",
+    "model_options",
     "output_options",
+    "result_options",
     "search_options",
+    "turbine_case_options",
+    "turbine_option",
 ]
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -31,25 +46,41 @@ F = TypeVar("F", bound=Callable[..., Any])
 DEFAULT_CASE = "biegel2011"
 
 _CASE_OPTIONS: tuple[tuple[str, str, str, str], ...] = (
-    ("--wind-speed", "wind.speed", "m/s", "Wind speed at the hub."),
-    ("--shear", "wind.shear_exponent", "x", "Exponent of the vertical shear."),
-    ("--rotor-speed-rpm", "operation.rotor_speed", "rpm|auto", "Rotor speed."),
-    ("--induction", "aero.induction", "mode", "none, frozen or equilibrium."),
-    ("--elements", "aero.elements", "n|auto", "Blade elements."),
-    ("--segments", "aero.segments", "d", "Segments of the piecewise-linear polars."),
-    ("--positions", "limits.positions", "m", "Rotor positions in one blade passage."),
-    ("--pitch-min-deg", "limits.pitch_min", "deg|auto", "Lower end of the pitch range."),
-    ("--pitch-max-deg", "limits.pitch_max", "deg|auto", "Upper end of the pitch range."),
+    ("--wind-speed", "wind.speed", "M/S", "Wind speed at the hub."),
+    ("--shear", "wind.shear_exponent", "X", "Exponent of the vertical shear, such as 0.2."),
+    ("--rotor-speed-rpm", "operation.rotor_speed", "RPM|auto", "Rotor speed."),
+    (
+        "--induction",
+        "aero.induction",
+        "none|frozen|equilibrium",
+        (
+            "How the rotor slows the wind down: not at all, as it does at the mean pitch, or anew "
+            "for every azimuth and pitch."
+        ),
+    ),
+    ("--elements", "aero.elements", "N|auto", "Blade elements."),
+    ("--segments", "aero.segments", "N", "Segments of the piecewise-linear lift and drag."),
+    (
+        "--positions",
+        "limits.positions",
+        "N",
+        (
+            "Rotor positions in one blade passage; a profile has one pitch for each, times the "
+            "number of blades."
+        ),
+    ),
+    ("--pitch-min-deg", "limits.pitch_min", "DEG|auto", "Lower end of the pitch range."),
+    ("--pitch-max-deg", "limits.pitch_max", "DEG|auto", "Upper end of the pitch range."),
     (
         "--pitch-rate-deg",
         "limits.pitch_rate",
-        "deg/s|auto",
+        "DEG/S|auto",
         "Largest pitch rate; 0 leaves constant pitch only.",
     ),
     (
         "--weights",
         "objective.weights",
-        "set",
+        "SET",
         (
             "unit, tower-base (thrust times hub height), or an own set such as "
             "torque=1,tilt=1,yaw=1,thrust=90,blade=0; loads not named weigh nothing."
@@ -58,84 +89,128 @@ _CASE_OPTIONS: tuple[tuple[str, str, str, str], ...] = (
     (
         "--blade-cap",
         "objective.blade_cap",
-        "x|none",
+        "X|none",
         "Largest RMS of a blade's bending, relative to constant pitch.",
     ),
-    ("--harmonics", "objective.harmonics", "n|none", "Restrict profiles to 1P ... nP."),
-    ("--travel-penalty", "objective.travel", "x", "Price of pitch travel [N m/deg a revolution]."),
+    (
+        "--harmonics",
+        "objective.harmonics",
+        "N|none",
+        "Restrict profiles to 1 ... N cycles a turn (1P ... NP).",
+    ),
+    (
+        "--travel-penalty",
+        "objective.travel",
+        "X",
+        "Price of pitch travel [N m of mean torque for 1 deg a turn].",
+    ),
 )
+_CASE_SECTIONS = {
+    "Case (what is left out is the case's own)": ("wind", "operation"),
+    "Rotor model": ("aero",),
+    "Pitch limits": ("limits",),
+    "Loads that count": ("objective",),
+}
+_NAMES = {
+    "aero.induction": ("none", "frozen", "equilibrium"),
+    "objective.weights": ("unit", "tower-base"),
+}
 _NEEDS_ROTOR = ("shear", "induction", "elements", "segments")
-
-
-def _stacked(function: F, options: list[Callable[[F], F]]) -> F:
-    for option in reversed(options):
-        function = option(function)
-    return function
+_CURVES = (".npz", ".csv")
 
 
 def case_options(function: F) -> F:
-    """Options that choose and change a case."""
-    options: list[Callable[[F], F]] = [
+    """Options that choose and change a case, or a table of curves."""
+    curves = click.option(
+        "--curves", type=Option("file", endings=_CURVES), metavar="FILE",
+        help="Design on this table of blade loads over azimuth and pitch (.npz or .csv), from any "
+        "aerodynamic code, instead of the rotor model.",
+    )  # fmt: skip
+    return _case_options(function, DEFAULT_CASE, curves)
+
+
+def turbine_case_options(default: str) -> Callable[[F], F]:
+    """Options that choose and change a case with a turbine."""
+    return lambda function: _case_options(function, default)
+
+
+def _case_options(function: F, default: str, *more: Callable[[Any], Any]) -> F:
+    first = [
         click.option(
-            "--case",
+            "--case", type=Option("case", names=turbines, endings=(".toml",)),
             metavar="NAME|FILE.toml",
-            help=f"Built-in case or case file.  [default: {DEFAULT_CASE}]",
+            help="Turbine with wind, limits and weights: a built-in case (pitchopt turbines lists "
+            f"them) or a case file (pitchopt turbines --template).  [default: {default}]",
         ),
-        click.option(
-            "--curves",
-            metavar="FILE",
-            help="Design on this table of BladeCurves (.npz or .csv) from any aerodynamic code "
-            "instead of the rotor model.",
-        ),
-        *(
+        *more,
+    ]  # fmt: skip
+    for title, parts in reversed(_CASE_SECTIONS.items()):
+        options = [
             click.option(
-                flag, type=Option(metavar, case_value(field)), metavar=metavar.upper(), help=text
+                flag, type=Option(metavar, case_value(field), names=_NAMES.get(field, ())),
+                metavar=metavar, help=text,
             )
             for flag, field, metavar, text in _CASE_OPTIONS
-        ),
-    ]
-    return _stacked(function, options)
+            if field.partition(".")[0] in parts
+        ]  # fmt: skip
+        function = section(title, *(first if "wind" in parts else ()), *options)(function)
+    return function
+
+
+_JSON = click.option(
+    "--json", "as_json", is_flag=True,
+    help="Print one JSON document and nothing else.",
+)  # fmt: skip
+_OUT = click.option(
+    "--out", type=FOLDER, metavar="DIR",
+    help="Folder for the files.  [default: COMMAND-CASE in the current folder; with --json no "
+    "files unless this is given]",
+)  # fmt: skip
 
 
 def json_option(function: F) -> F:
     """One JSON document on standard output and nothing else there."""
-    return click.option(
-        "--json", "as_json", is_flag=True, help="Print one JSON document instead of tables."
-    )(function)
+    return section(OUTPUT, _JSON)(function)
 
 
 def output_options(function: F) -> F:
     """Where files go."""
-    return click.option(
-        "--out",
-        metavar="DIR",
-        help="Folder for the files.  [default: COMMAND-CASE in the current folder; with --json "
-        "no files unless this is given]",
-    )(function)
+    return section(OUTPUT, _OUT)(function)
+
+
+def result_options(function: F) -> F:
+    """Pictures or none, where files go, and how the result is printed."""
+    plots = click.option("--no-plots", is_flag=True, help="Leave out the pictures.")
+    return section(OUTPUT, plots, _OUT, _JSON)(function)
 
 
 def search_options(function: F) -> F:
     """How hard to search."""
-    options: list[Callable[[F], F]] = [
+    return section(
+        SEARCH,
         click.option(
-            "--starts", type=Option("n", whole(1, 1000)), default=5, show_default=True,
-            help="Profiles that a local search starts from.",
+            "--starts", type=Option("N", whole(1, 1000)), default=5, show_default=True,
+            metavar="N", help="Profiles that a local search starts from.",
         ),
-        click.option("--no-certify", is_flag=True, help="Leave out the proven bounds."),
         click.option(
-            "--seed", type=Option("n", whole(0, 2**63 - 1)), default=0, show_default=True,
-            help="Seed of the random starts, beyond the first seven.",
+            "--seed", type=Option("N", whole(0, 2**63 - 1)), default=0, show_default=True,
+            metavar="N", help="Seed of the random starts, beyond the first seven.",
         ),
-    ]  # fmt: skip
-    return _stacked(function, options)
+        click.option(
+            "--no-certify", is_flag=True,
+            help="Leave out the proven bounds on what any profile could reach.",
+        ),
+    )(function)  # fmt: skip
 
 
 def certify_options(function: F) -> F:
     """How far to prove what is found."""
-    options: list[Callable[[F], F]] = [
+    return section(
+        SEARCH,
         click.option(
             "--certify", type=click.Choice(["fast", "deep"]), default="fast", show_default=True,
-            help="Bound by the hull relaxation, or close the gap by branch and bound as well.",
+            help="Bound from one convex relaxation, or close the gap by branch and bound as well "
+            "(minutes).",
         ),
         click.option(
             "--certify-gap", type=Option("share", as_share), metavar="SHARE", default="0.1%",
@@ -151,15 +226,50 @@ def certify_options(function: F) -> F:
             "--workers", type=Option("n", whole(1, 1024)), metavar="N",
             help="Processes of the branch and bound.  [default: one a processor]",
         ),
+    )(function)  # fmt: skip
+
+
+def turbine_option(default: str) -> Callable[[F], F]:
+    """The turbine of a simulation."""
+    return click.option(
+        "--turbine", type=Option("key", names=turbines, endings=(".yaml", ".yml", ".json")),
+        metavar="KEY|FILE.yaml", default=default, show_default=True,
+        help="Of the catalogue (pitchopt turbines), or a windIO file.",
+    )  # fmt: skip
+
+
+def model_options(*, pitch_lag: str, own_lag: str | None = None) -> list[Callable[[F], F]]:
+    """Inflow, lag of the pitch actuators and inertia of the generator of a simulation.
+
+    Parameters
+    ----------
+    pitch_lag : str
+        Default of the lag in the words of the help.
+    own_lag : str, optional
+        The default itself; None leaves it to the command.
+    """
+    return [
+        click.option(
+            "--inflow", type=click.Choice(["dynamic", "quasi-steady"]), default="dynamic",
+            show_default=True, help="Induction that lags behind, or balance at every instant.",
+        ),
+        click.option(
+            "--pitch-lag", type=Option("s", between(0, 10, "s")), metavar="S", default=own_lag,
+            help=f"Time constant of the pitch actuators.  [default: {pitch_lag}]",
+        ),
+        click.option(
+            "--generator-inertia", type=Option("kg m2", between(0, 1e9, "kg m^2")),
+            metavar="KGM2",
+            help="Of the generator about the high-speed shaft [kg m2]; windIO files hold none.",
+        ),
     ]  # fmt: skip
-    return _stacked(function, options)
 
 
 def build_case(options: dict[str, Any]) -> Case:
     """The case that the options describe; takes its own options out of `options`."""
     from pitchopt.cases import Case, ObjectiveSettings, load_case
 
-    name, curves = options.pop("case"), options.pop("curves")
+    name, curves = options.pop("case"), options.pop("curves", None)
     given: dict[str, Any] = {}
     values: dict[str, Any] = {}
     for flag, field, _, _ in _CASE_OPTIONS:
@@ -207,18 +317,15 @@ def build_case(options: dict[str, Any]) -> Case:
 
 def cache_options(function: F) -> F:
     """Where Kaimal boxes are kept."""
-    return _stacked(
-        function,
-        [
-            click.option(
-                "--cache",
-                metavar="DIR",
-                help="Folder in which Kaimal boxes are kept.  [default: windfield in the user's "
-                "cache folder]",
-            ),
-            click.option("--no-cache", is_flag=True, help="Keep no boxes."),
-        ],
-    )
+    return section(
+        COMPUTATION,
+        click.option(
+            "--cache", type=FOLDER, metavar="DIR",
+            help="Folder in which boxes of turbulence are kept for the next run.  [default: "
+            "windfield in the user's cache folder]",
+        ),
+        click.option("--no-cache", is_flag=True, help="Keep no boxes."),
+    )(function)  # fmt: skip
 
 
 def box_cache(options: Mapping[str, Any]) -> BoxCache | None:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pitchopt.errors import InputError
+
 if TYPE_CHECKING:
     from pitchopt.cases import Case
     from pitchopt.design import Design, Tradeoff
@@ -36,6 +38,8 @@ def out_folder(out: str | None, command: str, name: str, *, as_json: bool) -> Pa
         if as_json:
             return None
         out = f"{command}-{name.replace('/', '-').replace(' ', '-')}"
+    if not out.strip():
+        raise InputError(f"--out: got {out!r}, expected a folder, '.' for the current one")
     return check_folder(out, "--out")
 
 

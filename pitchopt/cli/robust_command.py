@@ -7,13 +7,8 @@ from typing import Any
 
 import click
 
-from pitchopt.cli.options import (
-    build_case,
-    case_options,
-    json_option,
-    output_options,
-    search_options,
-)
+from pitchopt.cli.help import Command, section
+from pitchopt.cli.options import build_case, case_options, result_options, search_options
 from pitchopt.cli.values import Option, numbers
 from pitchopt.cli.winds import finish, price_option, read_winds, shared_settings
 from pitchopt.errors import InputError
@@ -32,34 +27,42 @@ and operation of a case file (speed, shear_exponent, direction_deg, yaw_deg, ...
 and label and weight.
 
 \b
-Files: robust.json, robust.csv, robust.npz, and profiles.png, regrets.png."""
+Files: robust.json, robust.csv, robust.npz, and profiles.png, regrets.png.
+
+\b
+See also: schedule (a profile for each wind speed), design (one wind)."""
 
 
-@click.command("robust", epilog=_EPILOG)
-@click.option("--winds", metavar="LIST|FILE.csv", required=True, help="Wind speeds, or a table.")
-@click.option(
-    "--shears", type=Option("list", numbers), metavar="LIST",
-    help="Shear exponents: every pair of speed and exponent is a wind.",
-)  # fmt: skip
-@price_option
-@click.option(
-    "--goal", type=click.Choice(["mean", "regret"]), default="mean", show_default=True,
-    help="Largest weighted mean of the objectives, or least largest regret against each wind's "
-    "own optimum.",
-)  # fmt: skip
-@click.option(
-    "--wind-weights", type=Option("list", numbers), metavar="LIST",
-    help="Weights of the winds.  [default: equal]",
+@click.command("robust", cls=Command, epilog=_EPILOG)
+@section(
+    "Winds and goal",
+    click.option(
+        "--winds", type=Option("list", endings=(".csv",)), metavar="M/S,...|FILE.csv",
+        required=True, help="Wind speeds at the hub, or a table of winds.",
+    ),
+    click.option(
+        "--shears", type=Option("list", numbers), metavar="X,...",
+        help="Shear exponents: every pair of speed and exponent is a wind.",
+    ),
+    price_option,
+    click.option(
+        "--goal", type=click.Choice(["mean", "regret"]), default="mean", show_default=True,
+        help="Largest weighted mean of the objectives (mean torque less mu times RMS), or least "
+        "largest regret: what the profile lacks of a wind's own best one.",
+    ),
+    click.option(
+        "--wind-weights", type=Option("list", numbers), metavar="X,...",
+        help="Weights of the winds.  [default: equal]",
+    ),
 )  # fmt: skip
 @case_options
 @search_options
-@click.option("--no-plots", is_flag=True, help="Leave out the pictures.")
-@output_options
-@json_option
+@result_options
 def command(**options: Any) -> int:
     """One pitch profile for several winds.
 
-    It keeps the strictest limits of all winds.
+    It keeps the strictest limits of all winds. Prints, for each wind, what it reaches there beside
+    that wind's own best profile, and a proven bound on what any one profile could reach.
     """
     began = time.perf_counter()
     from pitchopt.cli import output

@@ -8,13 +8,8 @@ from typing import Any
 
 import click
 
-from pitchopt.cli.options import (
-    build_case,
-    case_options,
-    json_option,
-    output_options,
-    search_options,
-)
+from pitchopt.cli.help import Command, section
+from pitchopt.cli.options import build_case, case_options, result_options, search_options
 from pitchopt.cli.values import Option, numbers
 from pitchopt.cli.winds import finish, price_option, read_winds, shared_settings
 from pitchopt.errors import InputError
@@ -30,29 +25,34 @@ Examples:
 schedule.csv has one column of azimuth and one column of pitch for each wind speed.
 
 \b
-Files: schedule.json, schedule.csv, schedule.npz, and profiles.png, regrets.png."""
+Files: schedule.json, schedule.csv, schedule.npz, and profiles.png, regrets.png.
+
+\b
+See also: robust (one profile for all winds), design (one wind)."""
 
 
-@click.command("schedule", epilog=_EPILOG)
-@click.option(
-    "--wind-speeds", metavar="LIST|FILE.csv", required=True,
-    help="Wind speeds in the order of the table [m/s], or a table as in robust.",
+@click.command("schedule", cls=Command, epilog=_EPILOG)
+@section(
+    "Winds and goal",
+    click.option(
+        "--wind-speeds", type=Option("list", endings=(".csv",)), metavar="M/S,...|FILE.csv",
+        required=True, help="Wind speeds in the order of the table, or a table as in robust.",
+    ),
+    click.option(
+        "--max-change-deg", type=Option("deg", numbers), metavar="DEG",
+        help="Largest change of pitch between neighbouring columns at any azimuth; 0 makes one "
+        "profile for all.  [default: no limit]",
+    ),
+    price_option,
 )  # fmt: skip
-@click.option(
-    "--max-change-deg", type=Option("deg", numbers), metavar="DEG",
-    help="Largest change of pitch between neighbouring columns at any azimuth; 0 makes one "
-    "profile for all.  [default: no limit]",
-)  # fmt: skip
-@price_option
 @case_options
 @search_options
-@click.option("--no-plots", is_flag=True, help="Leave out the pictures.")
-@output_options
-@json_option
+@result_options
 def command(**options: Any) -> int:
     """A pitch profile for each wind speed, as a controller stores them.
 
-    All are found together, with a bounded change from each to the next.
+    All are found together, with a bounded change from each to the next. Prints what each wind
+    speed gives up for it, and a proven bound on what any such table could reach.
     """
     began = time.perf_counter()
     from pitchopt.cli import output

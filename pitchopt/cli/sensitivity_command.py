@@ -8,7 +8,8 @@ from typing import Any
 import click
 
 from pitchopt.cli.design_command import goal_options
-from pitchopt.cli.options import case_options, json_option, output_options, search_options
+from pitchopt.cli.help import Command, section
+from pitchopt.cli.options import case_options, result_options, search_options
 from pitchopt.cli.sensitivity_design import run_design, step_options
 from pitchopt.cli.sensitivity_quadratic import run_quadratic
 
@@ -29,7 +30,10 @@ curves.csv, curves.png.
 \b
 Estimates come from the multipliers of the last convex subproblem: first order
 from derivatives, high order from constraints evaluated again, the profile held.
-"re-solved" is the best of local solves of the changed design."""
+"re-solved" is the best of local solves of the changed design.
+
+\b
+See also: design, which prints the estimates alone; docs/sensitivity.md."""
 
 _PROBLEMS: Mapping[str, Callable[[dict[str, Any]], int]] = {
     "design": run_design,
@@ -37,26 +41,28 @@ _PROBLEMS: Mapping[str, Callable[[dict[str, Any]], int]] = {
 }
 
 
-@click.command("sensitivity", epilog=_EPILOG)
-@click.option(
-    "--problem",
-    type=click.Choice(list(_PROBLEMS)),
-    default="design",
-    show_default=True,
-    help="What was optimised: a pitch design, or the small quadratic programs of the paper, which "
-    "take --out, --json and --no-plots alone.",
+@click.command("sensitivity", cls=Command, epilog=_EPILOG)
+@section(
+    "Problem",
+    click.option(
+        "--problem",
+        type=click.Choice(list(_PROBLEMS)),
+        default="design",
+        show_default=True,
+        help="What was optimised: a pitch design, or the small quadratic programs of the paper, "
+        "which take --out, --json and --no-plots alone.",
+    ),
 )
 @goal_options
 @step_options
 @case_options
 @search_options
-@click.option("--no-plots", is_flag=True, help="Leave out the pictures.")
-@output_options
-@json_option
+@result_options
 def command(**options: Any) -> int:
     """What one more degree a second, a wider range, a lower price or another shear would buy.
 
-    Estimates from one solved design, beside the design solved again with every change. Without
-    a goal the design is that of least RMS for 3 % of torque lost.
+    Solves one design, estimates from its multipliers (the prices of its limits) what each change
+    would gain, and prints that beside the design solved again. Without a goal the design is that of
+    least weighted RMS for 3 % of torque lost.
     """
     return _PROBLEMS[options.pop("problem")](options)

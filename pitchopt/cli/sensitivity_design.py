@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pitchopt.cli.design_command import Solved, solve
+from pitchopt.cli.help import section
 from pitchopt.cli.options import build_case
 from pitchopt.cli.values import Option, whole
 from pitchopt.errors import ComputationError, InputError, PitchoptError
@@ -38,30 +39,23 @@ _STEPS: Mapping[str, tuple[str, str, tuple[str, ...]]] = {
     ),
     "shear_step": ("", "Change of the shear exponent.  [default: 0.02]", ("shear",)),
 }
+_METAVARS = {"deg/s": "DEG/S", "deg": "DEG", "%": "SHARE", "N m": "NM|SHARE"}
 
 
 def step_options(function: Any) -> Any:
     """Steps of the parameters, and how many of them are drawn."""
     made = [
         click.option(
-            "--" + key.replace("_", "-"),
-            type=Option("x", _step(unit)),
-            metavar="X",
-            help=text,
+            "--" + key.replace("_", "-"), type=Option("x", _step(unit)),
+            metavar=_METAVARS.get(unit, "X"), help=text,
         )
         for key, (unit, text, _) in _STEPS.items()
-    ]
-    made.append(
-        click.option(
-            "--steps",
-            type=Option("n", whole(1, 100)),
-            metavar="N",
-            help="Solve the design again for N steps to either side as well, and draw them.",
-        )
-    )
-    for option in reversed(made):
-        function = option(function)
-    return function
+    ]  # fmt: skip
+    drawn = click.option(
+        "--steps", type=Option("n", whole(1, 100)), metavar="N",
+        help="Solve the design again for N steps to either side as well, and draw them.",
+    )  # fmt: skip
+    return section("Changes", *made, drawn)(function)
 
 
 def _step(unit: str) -> Any:

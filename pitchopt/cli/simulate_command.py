@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pitchopt.cli.options import box_cache, cache_options, json_option, output_options
+from pitchopt.cli.completing import CONTROLLERS, TURBULENCE
+from pitchopt.cli.help import COMPUTATION, OUTPUT, Command, section
+from pitchopt.cli.options import (
+    box_cache,
+    cache_options,
+    model_options,
+    result_options,
+    turbine_option,
+)
 from pitchopt.cli.values import (
     Option,
     between,
@@ -40,7 +48,7 @@ Examples:
   pitchopt simulate --turbine iea-15-240 --controller ipc --channels GenPwr,RootMyc1 --json
   pitchopt simulate --turbulence my-wind.bts --format outb
   pitchopt simulate --turbulence box_u.bin --box-shape 4096,32,32 --box-spacing 2,5,5
-  pitchopt simulate --controller my-controller.toml
+  pitchopt simulate --controller my-controller.toml --pitch-lag 0.3
 
 \b
 Files: simulation.json, statistics.csv (a row for each run and channel), overview.png,
@@ -62,152 +70,155 @@ A controller file has a base (baseline, tuned or lqr) and sections that change i
 
 \b
 The first run on a machine compiles the time loop, which takes about a minute. A run
-that diverges has its status and time in tables and JSON, and the exit status is 1."""
+that diverges has its status and time in tables and JSON, and the exit status is 1.
+
+\b
+See also: tune (find a controller's gains), learn --plant dynamic, turbines."""
+
+
+_TURBULENCE = (*TURBULENCE, "none")
+_FREEDOMS = (
+    *("rotor-speed", "tower-fore-aft", "tower-side-side", "blade-flap", "blade-edge"),
+    *("shaft-torsion", "none"),
+)
 
 
 def _wind_options(function: Any) -> Any:
     """Wind and length of the runs."""
-    for option in reversed(
-        [
-            click.option(
-                "--wind-speed", "wind_speeds", type=Option("m/s", numbers), metavar="M/S",
-                multiple=True, help="Mean wind speed at the hub, several as 8,12,16.  "
-                "[default: 12, or that of the .bts file]",
-            ),
-            click.option(
-                "--turbulence", metavar="A+|A|B|C|none|FILE", default="B", show_default=True,
-                help="Class of IEC 61400-1, an intensity such as 0.14, steady wind, a TurbSim file "
-                "(.bts) or a HAWC2 box (FILE_u.bin).",
-            ),
-            click.option(
-                "--seeds", type=Option("seeds", seeds), metavar="N|A:B|A,B,...",
-                help="Seeds of the turbulence.  [default: 1]",
-            ),
-            click.option(
-                "--duration", type=Option("s", positive(1e5, "s")), metavar="S", default="600",
-                show_default=True, help="Time that statistics are taken over.",
-            ),
-            click.option(
-                "--skip", type=Option("s", between(0, 1e5, "s")), metavar="S", default="60",
-                show_default=True, help="Start-up before that, simulated and left out.",
-            ),
-            click.option(
-                "--shear", type=Option("x", between(-1, 1, "-")), metavar="X",
-                help="Exponent of the vertical shear.  [default: 0.2, or the .bts file's own]",
-            ),
-            click.option("--no-tower-shadow", is_flag=True, help="Leave out the tower's shadow."),
-            click.option(
-                "--box-points", type=Option("n", whole(2, 50)), metavar="N", default="13",
-                show_default=True, help="Grid of a Kaimal box across and upward, at most 50; its "
-                "time grows steeply.",
-            ),
-            click.option(
-                "--box-shape", type=Option("n", shape), metavar="NX,NY,NZ",
-                help="Points of a HAWC2 box.",
-            ),
-            click.option(
-                "--box-spacing", type=Option("m", spacing), metavar="DX,DY,DZ",
-                help="Their distances [m].",
-            ),
-            click.option(
-                "--weibull-mean", type=Option("m/s", positive(50, "m/s")), metavar="M/S",
-                help="Mean wind speed of the site, for sums over several wind speeds.  [default: "
-                "that of the turbine's class]",
-            ),
-        ]
-    ):  # fmt: skip
-        function = option(function)
-    return function
+    function = section(
+        "Boxes of turbulence",
+        click.option(
+            "--box-points", type=Option("n", whole(2, 50)), metavar="N", default="13",
+            show_default=True, help="Grid points of a generated (Kaimal) box across and upward, at "
+            "most 50; its time grows steeply.",
+        ),
+        click.option(
+            "--box-shape", type=Option("n", shape), metavar="NX,NY,NZ",
+            help="Points of a HAWC2 box.",
+        ),
+        click.option(
+            "--box-spacing", type=Option("m", spacing), metavar="DX,DY,DZ",
+            help="Their distances [m].",
+        ),
+    )(function)  # fmt: skip
+    return section(
+        "Wind and time",
+        click.option(
+            "--wind-speed", "wind_speeds", type=Option("m/s", numbers), metavar="M/S,...",
+            multiple=True, help="Mean wind speed at the hub, several as 8,12,16.  "
+            "[default: 12, or that of the .bts file]",
+        ),
+        click.option(
+            "--turbulence", type=Option("kind", names=_TURBULENCE, endings=(".bts", ".bin")),
+            metavar="A+|A|B|C|none|FILE", default="B", show_default=True,
+            help="Class of IEC 61400-1, an intensity such as 0.14, steady wind, a TurbSim file "
+            "(.bts) or a HAWC2 box (FILE_u.bin).",
+        ),
+        click.option(
+            "--seeds", type=Option("seeds", seeds), metavar="N|A:B|A,B,...",
+            help="Seeds of the turbulence: 1 to N, A to B, or these.  [default: 1]",
+        ),
+        click.option(
+            "--duration", type=Option("s", positive(1e5, "s")), metavar="S", default="600",
+            show_default=True, help="Time that statistics are taken over.",
+        ),
+        click.option(
+            "--skip", type=Option("s", between(0, 1e5, "s")), metavar="S", default="60",
+            show_default=True, help="Start-up before that, simulated and left out.",
+        ),
+        click.option(
+            "--shear", type=Option("x", between(-1, 1, "-")), metavar="X",
+            help="Exponent of the vertical shear.  [default: 0.2, or the .bts file's own]",
+        ),
+        click.option("--no-tower-shadow", is_flag=True, help="Leave out the tower's shadow."),
+        click.option(
+            "--weibull-mean", type=Option("m/s", positive(50, "m/s")), metavar="M/S",
+            help="Mean wind speed of the site, for sums over several wind speeds.  [default: "
+            "that of the turbine's class]",
+        ),
+    )(function)  # fmt: skip
 
 
 def _turbine_options(function: Any) -> Any:
     """Turbine, controller and model."""
-    for option in reversed(
-        [
-            click.option(
-                "--turbine", metavar="KEY|FILE", default=DEFAULT_TURBINE, show_default=True,
-                help="Of the catalogue, or a windIO file (.yaml).",
-            ),
-            click.option(
-                "--controller", metavar="NAME|FILE.toml", default="baseline", show_default=True,
-                help="baseline (published for the NREL 5 MW, tuned for others), tuned, lqr, ipc, "
-                "or a file, see below.",
-            ),
-            click.option(
-                "--inflow", type=click.Choice(["dynamic", "quasi-steady"]), default="dynamic",
-                show_default=True, help="Induction with lag, or balance at every instant.",
-            ),
-            click.option(
-                "--freedoms", type=Option("names", words), metavar="A,B,...",
-                help="Degrees of freedom that move: rotor-speed, tower-fore-aft, tower-side-side, "
-                "blade-flap, blade-edge, shaft-torsion, or none.  [default: all but the last]",
-            ),
-            click.option(
-                "--pitch-lag", type=Option("s", between(0, 10, "s")), metavar="S", default="0",
-                show_default=True, help="Time constant of the pitch actuators.",
-            ),
-            click.option(
-                "--torque-lag", type=Option("s", between(0, 10, "s")), metavar="S", default="0",
-                show_default=True, help="Time constant of the generator torque.",
-            ),
-            click.option(
-                "--yaw-deg", type=Option("deg", between(-60, 60, "deg")), metavar="DEG",
-                default="0", show_default=True, help="Nacelle yaw, positive to the left.",
-            ),
-            click.option(
-                "--generator-inertia", type=Option("kg m2", between(0, 1e9, "kg m^2")),
-                metavar="J", help="About the high-speed shaft; windIO files hold none.",
-            ),
-            click.option(
-                "--step", type=Option("s", positive(0.2, "s")), metavar="S", default="0.025",
-                show_default=True, help="Step of the time loop.",
-            ),
-            click.option(
-                "--workers", type=Option("n", whole(1, 1024)), metavar="N",
-                help="Threads.  [default: one a processor]",
-            ),
-        ]
-    ):  # fmt: skip
-        function = option(function)
-    return function
+    function = section(
+        COMPUTATION,
+        click.option(
+            "--step", type=Option("s", positive(0.2, "s")), metavar="S", default="0.025",
+            show_default=True, help="Step of the time loop.",
+        ),
+        click.option(
+            "--workers", type=Option("n", whole(1, 1024)), metavar="N",
+            help="Threads.  [default: one a processor]",
+        ),
+    )(function)  # fmt: skip
+    inflow, pitch_lag, inertia = model_options(pitch_lag="0", own_lag="0")
+    return section(
+        "Turbine and controller",
+        turbine_option(DEFAULT_TURBINE),
+        click.option(
+            "--controller", type=Option("name", names=CONTROLLERS, endings=(".toml",)),
+            metavar="NAME|FILE.toml", default="baseline", show_default=True,
+            help="baseline (published for the NREL 5 MW, tuned for others), tuned, lqr (linear "
+            "quadratic, above rated), ipc (baseline and individual pitch), or a file, see below.",
+        ),
+        inflow,
+        click.option(
+            "--freedoms", type=Option("names", words, names=_FREEDOMS, several=True),
+            metavar="A,B,...",
+            help="Degrees of freedom that move: rotor-speed, tower-fore-aft, tower-side-side, "
+            "blade-flap, blade-edge, shaft-torsion, or none.  [default: all but the last]",
+        ),
+        pitch_lag,
+        click.option(
+            "--torque-lag", type=Option("s", between(0, 10, "s")), metavar="S", default="0",
+            show_default=True, help="Time constant of the generator torque.",
+        ),
+        click.option(
+            "--yaw-deg", type=Option("deg", between(-60, 60, "deg")), metavar="DEG",
+            default="0", show_default=True, help="Nacelle yaw, positive to the left.",
+        ),
+        inertia,
+    )(function)  # fmt: skip
 
 
-@click.command("simulate", epilog=_EPILOG)
+@click.command("simulate", cls=Command, epilog=_EPILOG)
 @_wind_options
-@cache_options
 @_turbine_options
-@click.option(
-    "--channels",
-    type=Option("names", words),
-    metavar="A,B,...",
-    help="Channels of tables and files, or all.  [default: speeds, power, pitch, main loads]",
+@cache_options
+@section(
+    OUTPUT,
+    click.option(
+        "--channels",
+        type=Option("names", words),
+        metavar="A,B,...",
+        help="Channels of tables and files, or all.  [default: speeds, power, pitch, main loads]",
+    ),
+    click.option(
+        "--format",
+        "formats",
+        type=Option("names", words, names=FORMATS, several=True),
+        metavar="csv|npz|outb",
+        multiple=True,
+        default=("csv",),
+        help="Of the time series, several as csv,outb.  [default: csv]",
+    ),
+    click.option(
+        "--interval",
+        type=Option("s", positive(10, "s")),
+        metavar="S",
+        default="0.05",
+        show_default=True,
+        help="Between two instants of the time series.",
+    ),
 )
-@click.option(
-    "--format",
-    "formats",
-    type=Option("names", words),
-    metavar="csv|npz|outb",
-    multiple=True,
-    default=("csv",),
-    show_default="csv",
-    help="Of the time series, several as csv,outb.",
-)
-@click.option(
-    "--interval",
-    type=Option("s", positive(10, "s")),
-    metavar="S",
-    default="0.05",
-    show_default=True,
-    help="Between two instants of the time series.",
-)
-@click.option("--no-plots", is_flag=True, help="Leave out the picture.")
-@output_options
-@json_option
+@result_options
 def command(**options: Any) -> int:
-    """The turbine in turbulence.
+    """The moving turbine in steady wind or turbulence.
 
-    Runs a turbine that moves (blades, tower, rotor speed) under a controller through steady wind
-    or turbulence, and reports statistics and damage-equivalent loads.
+    Runs a turbine whose blades, tower and rotor speed move, under a controller, and prints means,
+    extremes and damage-equivalent loads (the constant cycle that tires a material as much) over all
+    runs of a wind speed.
     """
     began = time.perf_counter()
     from pitchopt.cli import output

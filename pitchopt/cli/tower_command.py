@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pitchopt.cli.options import box_cache, cache_options, json_option, output_options
-from pitchopt.cli.values import Option, between, numbers, positive, seeds, whole
+from pitchopt.cli.completing import TURBULENCE
+from pitchopt.cli.help import COMPUTATION, Command, section
+from pitchopt.cli.options import box_cache, cache_options, result_options, turbine_option
+from pitchopt.cli.values import FOLDER, Option, between, numbers, positive, seeds, whole
 
 if TYPE_CHECKING:
     from pitchopt.cli.progress import Progress
@@ -35,11 +37,14 @@ Examples:
 \b
 Files: tower.json, tower.csv, damage.png, designs.png, mass.png, cost.png, and the folder sets
 with every full set of simulations. A study that was stopped goes on from its sets when the
-same command is given again.
+same command is given again; whole, it takes about half an hour on two cores.
 
 \b
 --quick: wind speeds 5, 9, 13, 19 m/s, one seed of 120 s, three weights, three heights, no map
-of the true cost. A check that all works; its figures mean little."""
+of the true cost. A check that all works; its figures mean little.
+
+\b
+See also: simulate --controller lqr, sensitivity (estimates for a pitch design)."""
 
 _QUICK_LOADS = {
     "wind_speeds": (5.0, 9.0, 13.0, 19.0),
@@ -58,113 +63,115 @@ _QUICK = {
 
 def _loads_options(function: Any) -> Any:
     """Turbine, winds and site."""
-    for option in reversed(
-        [
-            click.option(
-                "--turbine", metavar="KEY|FILE", default="iea-3.4-130", show_default=True,
-                help="Of the catalogue, or a windIO file (.yaml).",
-            ),
-            click.option(
-                "--turbulence", metavar="A+|A|B|C|TI", default="A", show_default=True,
-                help="Class of IEC 61400-1 or an intensity.",
-            ),
-            click.option(
-                "--wind-speeds", type=Option("m/s", numbers), metavar="M/S,...",
-                help="Mean wind speeds at the hub.  [default: 3 to 25 by 2]",
-            ),
-            click.option(
-                "--seeds", type=Option("seeds", seeds), metavar="N|A:B|A,B,...",
-                help="Of the turbulence at each of them.  [default: 6]",
-            ),
-            click.option(
-                "--duration", type=Option("s", positive(1e5, "s")), metavar="S",
-                help="Of each simulation, the first 30 s of it left out.  [default: 600]",
-            ),
-            click.option(
-                "--mean-wind-speed", type=Option("m/s", positive(50, "m/s")), metavar="M/S",
-                default="7.5", show_default=True, help="Of the site, at the turbine's hub height.",
-            ),
-            click.option(
-                "--lifetime", type=Option("years", positive(200, "years")), metavar="YEARS",
-                default="20", show_default=True, help="Over which the damage reaches one.",
-            ),
-            click.option(
-                "--workers", type=Option("n", whole(1, 1024)), metavar="N",
-                help="Threads of a set of simulations.  [default: one a processor]",
-            ),
-        ]
-    ):  # fmt: skip
-        function = option(function)
-    return function
+    function = section(
+        COMPUTATION,
+        click.option(
+            "--sets", type=FOLDER, metavar="DIR",
+            help="Where sets of simulations are kept and taken up.  [default: sets in the folder "
+            "of --out; none with --json without --out]",
+        ),
+        click.option(
+            "--workers", type=Option("n", whole(1, 1024)), metavar="N",
+            help="Threads of a set of simulations.  [default: one a processor]",
+        ),
+    )(function)  # fmt: skip
+    return section(
+        "Turbine, winds and site",
+        turbine_option("iea-3.4-130"),
+        click.option(
+            "--turbulence", type=Option("kind", names=TURBULENCE), metavar="A+|A|B|C|TI",
+            default="A", show_default=True, help="Class of IEC 61400-1 or an intensity.",
+        ),
+        click.option(
+            "--wind-speeds", type=Option("m/s", numbers), metavar="M/S,...",
+            help="Mean wind speeds at the hub.  [default: 3 to 25 by 2]",
+        ),
+        click.option(
+            "--seeds", type=Option("seeds", seeds), metavar="N|A:B|A,B,...",
+            help="Of the turbulence at each of them.  [default: 6]",
+        ),
+        click.option(
+            "--duration", type=Option("s", positive(1e5, "s")), metavar="S",
+            help="Of each simulation, the first 30 s of it left out.  [default: 600]",
+        ),
+        click.option(
+            "--mean-wind-speed", type=Option("m/s", positive(50, "m/s")), metavar="M/S",
+            default="7.5", show_default=True, help="Of the site, at the turbine's hub height.",
+        ),
+        click.option(
+            "--lifetime", type=Option("years", positive(200, "years")), metavar="YEARS",
+            default="20", show_default=True, help="Over which the fatigue damage reaches one.",
+        ),
+    )(function)  # fmt: skip
 
 
 def _study_options(function: Any) -> Any:
     """Limits of the tower, and what is studied."""
-    for option in reversed(
-        [
-            click.option(
-                "--configuration", type=click.Choice(["both", "standard", "soft-soft"]),
-                default="both", show_default=True, help="Kept clear of 1P, or not.",
-            ),
-            click.option(
-                "--frequency-margin", type=Option("x", between(0, 0.9, "-")), metavar="X",
-                default="0.15", show_default=True,
-                help="Of the standard tower: natural frequencies above 1P / (1 - X).",
-            ),
-            click.option(
-                "--largest-diameter", type=Option("m", positive(50, "m")), metavar="M",
-                help="Outer diameter of the tower.  [default: 6, or the turbine's own if larger]",
-            ),
-            click.option(
-                "--top-diameter", type=Option("m", positive(50, "m")), metavar="M",
-                help="Least outer diameter at the top.  [default: the turbine's own]",
-            ),
-            click.option(
-                "--slenderness", type=Option("x", positive(1000, "-")), metavar="X",
-                default="200", show_default=True, help="Largest diameter over wall.",
-            ),
-            click.option(
-                "--weights", type=Option("x", numbers), metavar="X,...",
-                help="c [s2/m2], ascending from 0.  [default: 0,0.03,0.1,0.2,0.3]",
-            ),
-            click.option(
-                "--heights", type=Option("x", numbers), metavar="X,...",
-                help="Hub heights over the turbine's own.  [default: 0.9,1,1.1,1.2]",
-            ),
-            click.option(
-                "--threshold", type=Option("x", between(1e-5, 0.01, "-")), metavar="X",
-                help="Change of any diameter or wall that calls for new loads.  [default: 0.0005]",
-            ),
-            click.option(
-                "--follow-height", is_flag=True,
-                help="Let the cost of foundation and installation follow the hub height.",
-            ),
-            click.option(
-                "--no-true-map", is_flag=True, help="Size no tower at every point of the cost map.",
-            ),
-            click.option("--quick", is_flag=True, help="Small winds and grids, see below."),
-            click.option(
-                "--sets", metavar="DIR",
-                help="Where sets of simulations are kept and taken up.  [default: sets in the "
-                "folder of --out; none with --json without --out]",
-            ),
-        ]
-    ):  # fmt: skip
-        function = option(function)
-    return function
+    function = section(
+        "Limits of the tower",
+        click.option(
+            "--frequency-margin", type=Option("x", between(0, 0.9, "-")), metavar="X",
+            default="0.15", show_default=True,
+            help="Of the standard tower: natural frequencies above 1P / (1 - X).",
+        ),
+        click.option(
+            "--largest-diameter", type=Option("m", positive(50, "m")), metavar="M",
+            help="Outer diameter of the tower.  [default: 6, or the turbine's own if larger]",
+        ),
+        click.option(
+            "--top-diameter", type=Option("m", positive(50, "m")), metavar="M",
+            help="Least outer diameter at the top.  [default: the turbine's own]",
+        ),
+        click.option(
+            "--slenderness", type=Option("x", positive(1000, "-")), metavar="X",
+            default="200", show_default=True, help="Largest diameter over wall.",
+        ),
+    )(function)  # fmt: skip
+    return section(
+        "What is studied",
+        click.option(
+            "--configuration", type=click.Choice(["both", "standard", "soft-soft"]),
+            default="both", show_default=True,
+            help="Natural frequencies kept clear of the rotor's (1P), or not.",
+        ),
+        click.option(
+            "--weights", type=Option("x", numbers), metavar="X,...",
+            help="Weights c of tower-top velocity in the controller [s2/m2], ascending from 0.  "
+            "[default: 0,0.03,0.1,0.2,0.3]",
+        ),
+        click.option(
+            "--heights", type=Option("x", numbers), metavar="X,...",
+            help="Hub heights over the turbine's own.  [default: 0.9,1,1.1,1.2]",
+        ),
+        click.option(
+            "--threshold", type=Option("x", between(1e-5, 0.01, "-")), metavar="X",
+            help="Change of any diameter or wall that calls for new loads, as a share.  "
+            "[default: 0.0005]",
+        ),
+        click.option(
+            "--follow-height", is_flag=True,
+            help="Let the cost of foundation and installation follow the hub height.",
+        ),
+        click.option(
+            "--no-true-map", is_flag=True, help="Size no tower at every point of the cost map.",
+        ),
+        click.option(
+            "--quick", is_flag=True, help="Small winds and grids, see below.",
+        ),
+    )(function)  # fmt: skip
 
 
-@click.command("tower", epilog=_EPILOG)
+@click.command("tower", cls=Command, epilog=_EPILOG)
 @_study_options
 @_loads_options
 @cache_options
-@click.option("--no-plots", is_flag=True, help="Leave out the pictures.")
-@output_options
-@json_option
+@result_options
 def command(**options: Any) -> int:
     """What designing a tower together with its controller would gain.
 
-    Estimates from one sized tower and its multipliers, beside towers sized anew.
+    The controller is a linear quadratic regulator that damps the tower's motion with a weight c:
+    less fatigue, so less steel. Prints, beside each other, estimates from one sized tower and its
+    multipliers and towers sized anew: mass, and cost of energy over hub height.
     """
     began = time.perf_counter()
     for library in ("OPENBLAS", "OMP", "MKL"):  # so that sizes do not depend on the processors

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pitchopt.cli.help import Command, section
 from pitchopt.cli.options import (
     build_case,
     case_options,
     certify_options,
-    json_option,
-    output_options,
+    result_options,
     search_options,
 )
 from pitchopt.cli.values import Option, as_share, numbers, whole
@@ -36,47 +36,55 @@ Examples:
   pitchopt tradeoff --curves table.npz --rotor-speed-rpm 12.1
 
 \b
-Files: tradeoff.csv, tradeoff.json, profiles.npz, certificates.npz, and tradeoff.png,
-profiles.png, loads.png, wind.png.
+Files: tradeoff.csv, tradeoff.json, profiles.npz (for pitchopt export), certificates.npz
+(for pitchopt check), and tradeoff.png, profiles.png, loads.png, wind.png.
 
 \b
 In the table, RMS cuts are against the best constant pitch, weighted as the
 objective is; "between" judges the profile, interpolated linearly, between its
 stations as well. Torque is lost against the power maximum. "gap" is how far a
 point's objective is from the proven bound, as a share of the largest torque
-(with a frozen wake: for the point's own mean pitch)."""
+(with a frozen wake: for the point's own mean pitch).
+
+\b
+See also: design (one point of the curve), sensitivity (what would move it), export."""
 
 
-@click.command("tradeoff", epilog=_EPILOG)
+@click.command("tradeoff", cls=Command, epilog=_EPILOG)
+@section(
+    "Points of the curve",
+    click.option(
+        "--points",
+        type=Option("n", whole(1, 1000)),
+        metavar="N",
+        help=f"Number of prices, chosen for the case.  [default: {POINTS}]",
+    ),
+    click.option(
+        "--mu",
+        type=Option("x,x,...", numbers),
+        multiple=True,
+        metavar="X,X,...",
+        help="These prices instead: mean torque given for one unit of weighted RMS.",
+    ),
+    click.option(
+        "--loss",
+        type=Option("share", as_share),
+        multiple=True,
+        metavar="SHARE",
+        help="Add the design of least RMS for this loss of torque; 3% and 7% always stand there.",
+    ),
+)
 @case_options
-@click.option(
-    "--mu",
-    type=Option("x,x,...", numbers),
-    multiple=True,
-    help="Prices of the weighted RMS; may be repeated.",
-)
-@click.option(
-    "--points",
-    type=Option("n", whole(1, 1000)),
-    help=f"Number of prices, chosen for the case.  [default: {POINTS}]",
-)
-@click.option(
-    "--loss",
-    type=Option("share", as_share),
-    multiple=True,
-    metavar="SHARE",
-    help="Add the design of least RMS for this loss of torque; 3% and 7% always stand there.",
-)
 @search_options
 @certify_options
-@click.option("--no-plots", is_flag=True, help="Leave out the pictures.")
-@output_options
-@json_option
+@result_options
 def command(**options: Any) -> int:
-    """Trade-off between mean torque and load variation.
+    """What less variation of the rotor's loads costs in mean torque.
 
-    Prints the power maximum, the best constant pitch and the points between them with the
-    knee marked, and writes tables, profiles and pictures.
+    Pitches each blade over a turn so that torque, tilt, yaw and thrust vary less, for many prices
+    of that variation. Prints one row a price, from the most power to the least variation, with the
+    knee of the curve marked and how far each is from the best possible; writes tables, profiles
+    and pictures.
     """
     began = time.perf_counter()
     from pitchopt.cli import output

@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pitchopt.cli.options import box_cache, cache_options, json_option, output_options
+from pitchopt.cli.completing import METHODS, PROBLEMS, TURBULENCE
+from pitchopt.cli.help import COMPUTATION, Command, section
+from pitchopt.cli.options import (
+    box_cache,
+    cache_options,
+    model_options,
+    result_options,
+    turbine_option,
+)
 from pitchopt.cli.values import (
     Option,
     between,
@@ -40,9 +48,10 @@ Problems:
   individual-pitch  gains and azimuth offsets at 1P and 2P, for blade fatigue
 
 \b
-Methods: zoo (zeroth-order), bayes, grid, random, lhs, sobol, spsa, nelder-mead, cobyla,
-cma-es (needs the package cma). Several problems or methods, separated by commas, give one
-table of all. Their settings are given as --option, such as --option stages=12.
+Methods: zoo (zeroth-order), bayes (Bayesian), grid, random, lhs (Latin hypercube), sobol,
+spsa, nelder-mead, cobyla, cma-es (needs the package cma). Several problems or methods,
+separated by commas, give one table of all. Their settings are given as --option, such as
+--option stages=12.
 
 \b
 Examples:
@@ -54,138 +63,124 @@ Examples:
 
 \b
 Files: tuning.json, evaluations.csv, pictures, and the journal of each study, *.sqlite. A
-study that was stopped goes on from its journal when the same command is given again."""
+study that was stopped goes on from its journal when the same command is given again.
+
+\b
+See also: simulate (run the tuned controller from a file), turbines."""
 
 
 def _study_options(function: Any) -> Any:
     """What is tuned, by what."""
-    for option in reversed(
-        [
-            click.option(
-                "--problem", "problems", type=Option("names", words), metavar="A,B,...",
-                required=True, help="What to tune, see below.",
-            ),
-            click.option(
-                "--method", "methods", type=Option("names", words), metavar="A,B,...",
-                default="zoo", show_default=True, help="Tuners, see below.",
-            ),
-            click.option(
-                "--evaluations", type=Option("n", whole(1, 1_000_000)), metavar="N",
-                help="At most so many.  [default: the tuner's own end, or 25 a parameter]",
-            ),
-            click.option(
-                "--start", type=Option("x", signed_numbers), metavar="X,...",
-                help="Point to begin with, in SI units.",
-            ),
-            click.option(
-                "--bounds", "bounds", type=Option("b", bounds), metavar="NAME=LOW:HIGH",
-                multiple=True, help="Of a parameter, in SI units.",
-            ),
-            click.option(
-                "--option", "tuner_options", type=Option("o", tuner_option), metavar="NAME=VALUE",
-                multiple=True, help="Setting of the tuner, such as samples=4.",
-            ),
-            click.option(
-                "--seed", type=Option("n", whole(0, 2**31)), metavar="N", default="0",
-                show_default=True, help="Of the tuner.",
-            ),
-            click.option(
-                "--parallel", type=Option("n", whole(1, 1024)), metavar="N", default="1",
-                show_default=True, help="Candidates evaluated side by side.",
-            ),
-            click.option(
-                "--timeout", type=Option("s", positive(1e6, "s")), metavar="S",
-                help="Longest time of one evaluation.  [default: none]",
-            ),
-            click.option(
-                "--check-seeds", type=Option("n", whole(1, 1000)), metavar="N",
-                help="Judge start and best again in as many winds that no tuner saw.",
-            ),
-            click.option(
-                "--journal", metavar="FILE|DIR",
-                help="Where studies are kept and taken up: a file for one, else a folder that is "
-                "there; each breakpoint of minimum-pitch has a file of its own beside it.  "
-                "[default: in the folder of --out; none with --json without --out]",
-            ),
-        ]
-    ):  # fmt: skip
-        function = option(function)
-    return function
+    return section(
+        "What is tuned, by what",
+        click.option(
+            "--problem", "problems", type=Option("names", words, names=PROBLEMS, several=True),
+            metavar="A,B,...", required=True, help="What to tune, see below.",
+        ),
+        click.option(
+            "--method", "methods", type=Option("names", words, names=METHODS, several=True),
+            metavar="A,B,...", default="zoo", show_default=True, help="Tuners, see below.",
+        ),
+        click.option(
+            "--evaluations", type=Option("n", whole(1, 1_000_000)), metavar="N",
+            help="At most so many sets of parameters are simulated.  [default: the tuner's own "
+            "end, or 25 a parameter]",
+        ),
+        click.option(
+            "--start", type=Option("x", signed_numbers), metavar="X,...",
+            help="Point to begin with, in SI units.",
+        ),
+        click.option(
+            "--bounds", "bounds", type=Option("b", bounds), metavar="NAME=LOW:HIGH",
+            multiple=True, help="Of a parameter, in SI units; may be repeated.",
+        ),
+        click.option(
+            "--option", "tuner_options", type=Option("o", tuner_option), metavar="NAME=VALUE",
+            multiple=True, help="Setting of the tuner, such as samples=4; may be repeated.",
+        ),
+        click.option(
+            "--seed", type=Option("n", whole(0, 2**31)), metavar="N", default="0",
+            show_default=True, help="Of the tuner.",
+        ),
+        click.option(
+            "--check-seeds", type=Option("n", whole(1, 1000)), metavar="N",
+            help="Judge start and best again in as many winds that no tuner saw.",
+        ),
+        click.option(
+            "--load", type=click.Choice(["tower", "blade"]),
+            help="Of speed-regulator: tower-base fatigue or largest flapwise moment.  "
+            "[default: tower]",
+        ),
+        click.option(
+            "--kappa", type=Option("x", numbers), metavar="X,...",
+            help="Of minimum-pitch: weight of the load; several for a family.  [default: 0.01]",
+        ),
+        click.option(
+            "--journal", type=Option("file", endings=(".sqlite",)), metavar="FILE|DIR",
+            help="Where studies are kept and taken up: a file for one, else a folder that is "
+            "there; each breakpoint of minimum-pitch has a file of its own beside it.  "
+            "[default: in the folder of --out; none with --json without --out]",
+        ),
+    )(function)  # fmt: skip
 
 
 def _plant_options(function: Any) -> Any:
     """Turbine and winds of the simulations."""
-    for option in reversed(
-        [
-            click.option(
-                "--turbine", metavar="KEY|FILE", default=DEFAULT_TURBINE, show_default=True,
-                help="Of the catalogue, or a windIO file (.yaml).",
-            ),
-            click.option(
-                "--wind-speed", "wind_speeds", type=Option("m/s", numbers), metavar="M/S",
-                multiple=True, help="Mean wind speeds at the hub.  [default: the problem's]",
-            ),
-            click.option(
-                "--turbulence", metavar="A+|A|B|C|TI",
-                help="Class of IEC 61400-1 or an intensity.  [default: the problem's]",
-            ),
-            click.option(
-                "--seeds", type=Option("seeds", seeds), metavar="N|A:B|A,B,...",
-                help="Of the turbulence, for all candidates alike.  [default: the problem's]",
-            ),
-            click.option(
-                "--duration", type=Option("s", positive(1e5, "s")), metavar="S", default="600",
-                show_default=True, help="Time of each simulation that counts.",
-            ),
-            click.option(
-                "--skip", type=Option("s", between(0, 1e5, "s")), metavar="S", default="60",
-                show_default=True, help="Start-up before that, left out.",
-            ),
-            click.option(
-                "--load", type=click.Choice(["tower", "blade"]),
-                help="Of the speed regulator: tower-base fatigue or largest flapwise moment.  "
-                "[default: tower]",
-            ),
-            click.option(
-                "--kappa", type=Option("x", numbers), metavar="X,...",
-                help="Weight of the load for the minimum pitch; several for a family.  "
-                "[default: 0.01]",
-            ),
-            click.option(
-                "--inflow", type=click.Choice(["dynamic", "quasi-steady"]), default="dynamic",
-                show_default=True, help="Induction with lag, or balance at every instant.",
-            ),
-            click.option(
-                "--pitch-lag", type=Option("s", between(0, 10, "s")), metavar="S",
-                help="Time constant of the pitch actuators.  [default: 0.4 for individual-pitch, "
-                "else 0]",
-            ),
-            click.option(
-                "--generator-inertia", type=Option("kg m2", between(0, 1e9, "kg m^2")),
-                metavar="J", help="About the high-speed shaft; windIO files hold none.",
-            ),
-            click.option(
-                "--workers", type=Option("n", whole(1, 1024)), metavar="N",
-                help="Threads of one evaluation.  [default: one a processor]",
-            ),
-        ]
-    ):  # fmt: skip
-        function = option(function)
-    return function
+    function = section(
+        COMPUTATION,
+        click.option(
+            "--parallel", type=Option("n", whole(1, 1024)), metavar="N", default="1",
+            show_default=True, help="Candidates evaluated side by side.",
+        ),
+        click.option(
+            "--workers", type=Option("n", whole(1, 1024)), metavar="N",
+            help="Threads of one evaluation.  [default: one a processor]",
+        ),
+        click.option(
+            "--timeout", type=Option("s", positive(1e6, "s")), metavar="S",
+            help="Longest time of one evaluation.  [default: none]",
+        ),
+    )(function)  # fmt: skip
+    return section(
+        "Turbine and winds of an evaluation",
+        turbine_option(DEFAULT_TURBINE),
+        click.option(
+            "--wind-speed", "wind_speeds", type=Option("m/s", numbers), metavar="M/S,...",
+            multiple=True, help="Mean wind speeds at the hub.  [default: the problem's]",
+        ),
+        click.option(
+            "--turbulence", type=Option("kind", names=TURBULENCE), metavar="A+|A|B|C|TI",
+            help="Class of IEC 61400-1 or an intensity such as 0.14.  [default: the problem's]",
+        ),
+        click.option(
+            "--seeds", type=Option("seeds", seeds), metavar="N|A:B|A,B,...",
+            help="Of the turbulence, for all candidates alike: 1 to N, A to B, or these.  "
+            "[default: the problem's]",
+        ),
+        click.option(
+            "--duration", type=Option("s", positive(1e5, "s")), metavar="S", default="600",
+            show_default=True, help="Time of each simulation that counts.",
+        ),
+        click.option(
+            "--skip", type=Option("s", between(0, 1e5, "s")), metavar="S", default="60",
+            show_default=True, help="Start-up before that, left out.",
+        ),
+        *model_options(pitch_lag="0.4 for individual-pitch, else 0"),
+    )(function)  # fmt: skip
 
 
-@click.command("tune", epilog=_EPILOG)
+@click.command("tune", cls=Command, epilog=_EPILOG)
 @_study_options
 @_plant_options
 @cache_options
-@click.option("--no-plots", is_flag=True, help="Leave out the pictures.")
-@output_options
-@json_option
+@result_options
 def command(**options: Any) -> int:
     """Controllers tuned by simulation.
 
-    Tunes parameters of a controller on the turbine in turbulence: with the zeroth-order or the
-    Bayesian tuner or one to compare them with.
+    Changes parameters of a controller, simulates the turbine in turbulence with each set and keeps
+    what costs least: by the zeroth-order tuner (random directions, shrinking steps), the Bayesian
+    one (a Gaussian process over the parameters) or one to compare them with. Prints start and best,
+    what was spent, and with --check-seeds how they do in winds that no tuner saw.
     """
     began = time.perf_counter()
     for library in ("OPENBLAS", "OMP", "MKL"):  # so that points do not depend on the processors

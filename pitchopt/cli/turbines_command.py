@@ -6,7 +6,10 @@ from typing import Any
 
 import click
 
+from pitchopt.cli.completing import turbines
+from pitchopt.cli.help import Command
 from pitchopt.cli.options import json_option
+from pitchopt.cli.values import Option
 from pitchopt.errors import InputError
 
 __all__ = ["command"]
@@ -16,22 +19,27 @@ Examples:
   pitchopt turbines
   pitchopt turbines iea-15-240
   pitchopt turbines my-windio-turbine.yaml
-  pitchopt turbines --template nrel-5mw > my-case.toml"""
+  pitchopt turbines --template nrel-5mw > my-case.toml
+  pitchopt turbines --template my-windio-turbine.yaml > my-case.toml"""
+
+_KEY = Option("key", names=turbines, endings=(".yaml", ".yml", ".json"))
 
 
-@click.command("turbines", epilog=_EPILOG)
-@click.argument("turbine", required=False, metavar="[KEY|FILE.yaml]")
+@click.command("turbines", cls=Command, epilog=_EPILOG)
+@click.argument("turbine", required=False, type=_KEY, metavar="[KEY|FILE.yaml]")
 @click.option(
     "--template",
-    metavar="KEY",
+    type=_KEY,
+    metavar="KEY|FILE.yaml",
     help="Print a case file for this turbine or windIO file, every value explained.",
 )
 @json_option
 def command(turbine: str | None, template: str | None, as_json: bool) -> int:
-    """What the catalogue holds.
+    """The reference turbines, and case files to start from.
 
-    Without arguments a table of all turbines; with a key or a windIO v2 file everything
-    about that one.
+    Without arguments a table of all turbines; with a key or a windIO v2 file everything about that
+    one, which also checks the file: a mistake is named by its key. A template is the case file of a
+    turbine, for --case of the other commands.
     """
     from pitchopt.turbines import load_turbine, names, summary
 

@@ -6,15 +6,21 @@ Imports of the rest of pitchopt wait until a value is there, so that ``--help`` 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from pitchopt.errors import InputError
 
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
+
+    from pitchopt.cli.completing import Names
+
 __all__ = [
+    "FOLDER",
     "Given",
     "Option",
     "as_share",
@@ -49,11 +55,31 @@ class Given:
 
 
 class Option(click.ParamType[Any]):
-    """Values that a parser makes of text."""
+    """Values that a parser makes of text, or the text itself.
 
-    def __init__(self, metavar: str, parser: Parser) -> None:
+    Parameters
+    ----------
+    metavar : str
+        What stands for a value in the help.
+    parser : callable, optional
+    names, endings, several
+        What a shell may complete, as in :func:`pitchopt.cli.completing.completed`.
+    """
+
+    def __init__(
+        self,
+        metavar: str,
+        parser: Parser | None = None,
+        *,
+        names: Names = (),
+        endings: Sequence[str] = (),
+        several: bool = False,
+    ) -> None:
         self.name = metavar
         self.parser = parser
+        self.names = names
+        self.endings = endings
+        self.several = several
 
     def convert(
         self,
@@ -62,10 +88,26 @@ class Option(click.ParamType[Any]):
         ctx: click.Context | None,  # noqa: ARG002  part of click's interface
     ) -> Any:
         """The value; defaults of other types than text stand for themselves."""
-        if not isinstance(value, str):
+        if self.parser is None or not isinstance(value, str):
             return value
-        name = max(param.opts, key=len) if param is not None and param.opts else "value"
+        names = [] if param is None else param.opts
+        name = next((n for n in names if n.startswith("--")), names[0] if names else "value")
         return self.parser(name, value)
+
+    def shell_complete(
+        self,
+        ctx: click.Context,  # noqa: ARG002  part of click's interface
+        param: click.Parameter,  # noqa: ARG002  part of click's interface
+        incomplete: str,
+    ) -> list[CompletionItem]:
+        """Names and files that go on from what was typed."""
+        from pitchopt.cli.completing import completed
+
+        return completed(incomplete, self.names, self.endings, several=self.several)
+
+
+FOLDER = Option("folder", endings=("/",))
+"""Type of an option that takes a folder."""
 
 
 def _number(text: str) -> float:

@@ -38,12 +38,10 @@ class Winds:
     weights: tuple[float, ...] | None
 
 
-def price_option(function: Any) -> Any:
-    """The price of RMS."""
-    return click.option(
-        "--mu", type=Option("x", numbers), metavar="X", required=True,
-        help="Price of the weighted RMS: one number, or one for each wind.",
-    )(function)  # fmt: skip
+price_option = click.option(
+    "--mu", type=Option("x", numbers), metavar="X", required=True,
+    help="Price: mean torque given for one unit of weighted RMS; one number, or one for each wind.",
+)  # fmt: skip
 
 
 def read_winds(

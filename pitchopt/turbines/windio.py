@@ -35,7 +35,149 @@ from pitchopt.turbines.model import Turbine
 from pitchopt.turbines.records import FORMAT, turbine_from_record
 from pitchopt.turbines.windio_parts import airfoil_table, blade_structure, curve, tower
 
-__all__ = ["read_windio", "windio_record"]
+__all__ = ["KEYS", "read_windio", "windio_record"]
+
+KEYS = frozenset(
+    [
+        "windIO_version",
+        "name",
+        "comments",
+        "comment",
+        "assembly",
+        "components",
+        "airfoils",
+        "materials",
+        "control",
+        "turbine_class",
+        "turbulence_class",
+        "drivetrain",
+        "rotor_orientation",
+        "number_of_blades",
+        "rotor_diameter",
+        "hub_height",
+        "rated_power",
+        "lifetime",
+        "cut_in_wind_speed",
+        "cut_out_wind_speed",
+        "marine_hydro",
+        "min_rotor_speed",
+        "max_rotor_speed",
+        "rated_rotor_speed",
+        "optimal_tsr",
+        "fine_pitch",
+        "min_pitch",
+        "max_pitch",
+        "setpoint_pitch",
+        "min_pitch_limit",
+        "max_pitch_limit",
+        "max_pitch_rate",
+        "max_torque_rate",
+        "max_generator_torque",
+        "max_allowable_blade_tip_speed",
+        "ps_percent",
+        "blade",
+        "hub",
+        "nacelle",
+        "tower",
+        "monopile",
+        "foundation",
+        "floating_platform",
+        "mooring",
+        "outer_shape",
+        "structure",
+        "reference_axis",
+        "chord",
+        "twist",
+        "section_offset_x",
+        "section_offset_y",
+        "rthick",
+        "grid",
+        "values",
+        "x",
+        "y",
+        "z",
+        "spanwise_position",
+        "configuration",
+        "configurations",
+        "weight",
+        "weights",
+        "diameter",
+        "cone_angle",
+        "cd",
+        "drag_coefficient",
+        "spherical_joint_radius",
+        "uptilt",
+        "overhang",
+        "distance_tt_hub",
+        "distance_hub_mb",
+        "distance_mb_mb",
+        "gearbox",
+        "gear_ratio",
+        "efficiency",
+        "gear_configuration",
+        "planet_numbers",
+        "generator",
+        "rpm_efficiency",
+        "generator_rpm_efficiency_user",
+        "elastic_properties",
+        "elastic_properties_mb",
+        "mass",
+        "inertia",
+        "location",
+        "system_mass",
+        "system_inertia",
+        "system_center_mass",
+        "inertia_matrix",
+        "stiffness_matrix",
+        "damping_matrix",
+        "structural_damping",
+        "point_mass",
+        "webs",
+        "layers",
+        "anchors",
+        "joint",
+        "joints",
+        "root",
+        "outfitting_factor",
+        "outer_diameter",
+        "thickness",
+        "material",
+        "description",
+        "aerodynamic_center",
+        "coordinates",
+        "polars",
+        "re",
+        "re_sets",
+        "cl",
+        "cm",
+        "rho",
+        "E",
+        "G",
+        "nu",
+        "Xt",
+        "Xc",
+        "Xy",
+        "S",
+        "ply_t",
+        "unit_cost",
+        "waste",
+        "roll_mass",
+        "orth",
+        "alp0",
+        "m",
+        "GIc",
+        "GIIc",
+        "A0",
+        "cm_x",
+        "cm_y",
+        "i_edge",
+        "i_flap",
+        "i_plr",
+        "i_cp",
+        "i_polar",
+    ]
+)
+"""Names of windIO 2: another one that is nearly that of an optional entry is a slip of the pen."""
 
 
 def read_windio(path: str | Path, *, nodes: int | None = 30) -> Turbine:
@@ -61,16 +203,22 @@ def windio_record(path: str | Path, *, nodes: int | None = 30) -> dict[str, Any]
     """Record (see `pitchopt.turbines.records`) of a windIO v2 file."""
     if nodes is not None and (isinstance(nodes, bool) or int(nodes) != nodes or nodes < 2):
         raise InputError(f"nodes: got {nodes!r}, expected a whole number of at least 2, or None")
-    top = Fields(load_yaml(path), str(path))
+    top = Fields(load_yaml(path), str(path), known=KEYS)
     _check_version(top)
     parts = top.child("components")
     assembly = top.child("assembly")
-    if assembly.text("rotor_orientation", "upwind").lower() != "upwind":
-        assembly.fail("rotor_orientation", "expected an upwind rotor, no other is supported")
+    facing = assembly.text("rotor_orientation", "upwind")
+    if facing.lower() != "upwind":
+        assembly.fail(
+            "rotor_orientation",
+            f"got {facing[:40]!r}, expected an upwind rotor, no other is supported",
+        )
     hub, drive = parts.child("hub"), parts.child("drivetrain")
     nose = drive.child("outer_shape")
-    tilt = nose.number("uptilt", at_least=0.0, at_most=45.0)
-    overhang = nose.number("overhang", at_least=0.0) / float(np.cos(np.deg2rad(tilt)))
+    tilt = nose.number("uptilt", at_least=0.0, at_most=45.0, unit="deg")
+    overhang = nose.number("overhang", at_least=0.0, at_most=100.0, unit="m") / float(
+        np.cos(np.deg2rad(tilt))
+    )
     blade, airfoils = _blade(top, parts.child("blade"), nodes)
     record: dict[str, Any] = {
         "format": FORMAT,
@@ -81,11 +229,11 @@ def windio_record(path: str | Path, *, nodes: int | None = 30) -> dict[str, Any]
             "blades": assembly.integer("number_of_blades", at_least=1)
             if assembly.has("number_of_blades")
             else 3,
-            "hub_radius": hub.number("diameter", above=0.0) / 2.0,
-            "hub_height": assembly.number("hub_height", above=0.0),
+            "hub_radius": hub.number("diameter", above=0.0, at_most=100.0, unit="m") / 2.0,
+            "hub_height": assembly.number("hub_height", above=0.0, at_most=1000.0, unit="m"),
             "overhang": overhang,
             "tilt_deg": tilt,
-            "cone_deg": hub.number("cone_angle", at_least=0.0, at_most=45.0),
+            "cone_deg": hub.number("cone_angle", at_least=0.0, at_most=45.0, unit="deg"),
         },
         "operation": _operation(assembly, top.child("control")),
         "blade": blade,
@@ -124,7 +272,7 @@ def _check_geometry(assembly: Fields, record: dict[str, Any]) -> None:
     """Refuse a rotor or tower that contradicts the file's own summary."""
     rotor = record["rotor"]
     radius = rotor["hub_radius"] + record["blade"]["span"][-1]
-    stated = assembly.maybe_number("rotor_diameter", above=0.0)
+    stated = assembly.maybe_number("rotor_diameter", above=0.0, unit="m")
     if stated is not None and abs(stated / (2.0 * radius) - 1.0) > 0.05:
         assembly.fail(
             "rotor_diameter",
@@ -139,41 +287,47 @@ def _check_geometry(assembly: Fields, record: dict[str, Any]) -> None:
 
 
 def _operation(assembly: Fields, control: Fields) -> dict[str, Any]:
-    rated = control.number("rated_rotor_speed", above=0.0)
-    low = control.number("min_pitch_limit", at_least=-90.0, at_most=90.0)
-    high = control.number("max_pitch_limit", at_least=-90.0, at_most=90.0)
+    rated = control.number("rated_rotor_speed", above=0.0, at_most=1000.0, unit="rpm")
+    low = control.number("min_pitch_limit", at_least=-90.0, at_most=90.0, unit="deg")
+    high = control.number("max_pitch_limit", at_least=-90.0, at_most=90.0, unit="deg")
     if low > high:
         control.fail("min_pitch_limit", f"got {low:g}, expected at most max_pitch_limit = {high:g}")
-    cut_in = assembly.maybe_number("cut_in_wind_speed", above=0.0)
-    cut_out = assembly.maybe_number("cut_out_wind_speed", above=0.0)
+    cut_in = assembly.maybe_number("cut_in_wind_speed", above=0.0, at_most=100.0, unit="m/s")
+    cut_out = assembly.maybe_number("cut_out_wind_speed", above=0.0, at_most=100.0, unit="m/s")
     if cut_in is not None and cut_out is not None and cut_in >= cut_out:
         assembly.fail(
             "cut_in_wind_speed",
             f"got {cut_in:g}, expected less than cut_out_wind_speed = {cut_out:g}",
         )
-    slowest = control.number("min_rotor_speed", at_least=0.0)
+    slowest = control.number("min_rotor_speed", at_least=0.0, unit="rpm")
     if slowest > rated:
         control.fail(
             "min_rotor_speed", f"got {slowest:g}, expected at most rated_rotor_speed = {rated:g}"
         )
-    fastest = control.maybe_number("max_rotor_speed", above=0.0)
+    fastest = control.maybe_number("max_rotor_speed", above=0.0, unit="rpm")
     if fastest is not None and fastest < rated:
         control.fail(
             "max_rotor_speed", f"got {fastest:g}, expected at least rated_rotor_speed = {rated:g}"
         )
     classes = [assembly.text(key, "") for key in ("turbine_class", "turbulence_class")]
     return {
-        "rated_power": assembly.number("rated_power", above=0.0),
+        "rated_power": assembly.number("rated_power", at_least=1e3, at_most=1e9, unit="W"),
         "rated_rotor_speed_rpm": rated,
         "min_rotor_speed_rpm": slowest,
         "max_rotor_speed_rpm": fastest,
-        "max_tip_speed": control.maybe_number("max_allowable_blade_tip_speed", above=0.0),
+        "max_tip_speed": control.maybe_number(
+            "max_allowable_blade_tip_speed", above=0.0, unit="m/s"
+        ),
         "cut_in_wind_speed": cut_in,
         "cut_out_wind_speed": cut_out,
         "optimal_tip_speed_ratio": control.maybe_number("optimal_tsr", above=0.0),
-        "fine_pitch_deg": control.maybe_number("fine_pitch", at_least=-90.0, at_most=90.0),
+        "fine_pitch_deg": control.maybe_number(
+            "fine_pitch", at_least=-90.0, at_most=90.0, unit="deg"
+        ),
         "pitch_range_deg": [low, high],
-        "pitch_rate_deg": control.number("max_pitch_rate", at_least=0.0),
+        "pitch_rate_deg": control.number(
+            "max_pitch_rate", at_least=0.0, at_most=360.0, unit="deg/s"
+        ),
         "iec_class": "".join(classes).upper() or None,
     }
 
@@ -192,18 +346,18 @@ def _blade(
     top: Fields, blade: Fields, nodes: int | None
 ) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     shape = blade.child("outer_shape")
-    chord_grid, chord_values = curve(shape, "chord", above=0.0)
+    chord_grid, chord_values = curve(shape, "chord", above=0.0, at_most=100.0, unit="m")
     grid = _stations(chord_grid, nodes)
     axis = blade.child("reference_axis")
-    z_grid, z_values = curve(axis, "z")
+    z_grid, z_values = curve(axis, "z", unit="m")
     if np.any(np.diff(z_values) <= 0.0):
-        axis.fail("z.values", "expected values that increase from root to tip")
+        axis.fail_order("z.values", z_values)
     span = np.interp(grid, z_grid, z_values - z_values[0])
     span[0] = 0.0
-    x, y = (np.interp(grid, *curve(axis, key)) for key in ("x", "y"))
+    x, y = (np.interp(grid, *curve(axis, key, unit="m")) for key in ("x", "y"))
     chord = np.interp(grid, chord_grid, chord_values)
-    twist_deg = np.interp(grid, *curve(shape, "twist", at_least=-180.0, at_most=180.0))
-    offset = np.interp(grid, *curve(shape, "section_offset_y"))
+    twist_deg = np.interp(grid, *curve(shape, "twist", at_least=-180.0, at_most=180.0, unit="deg"))
+    offset = np.interp(grid, *curve(shape, "section_offset_y", unit="m"))
     airfoils, stations, thickness, centre = airfoil_table(top, shape, grid)
     ahead = offset - centre * chord
     twist = np.deg2rad(twist_deg)
@@ -223,7 +377,7 @@ def _blade(
 def _rigid_body(part: Fields) -> tuple[float, FloatArray, FloatArray | None]:
     """Mass, inertia (6,) and location (3,) of windIO's rigid body, in its old or new names."""
     old = part.has("system_mass")
-    mass = part.number("system_mass" if old else "mass", at_least=0.0)
+    mass = part.number("system_mass" if old else "mass", at_least=0.0, unit="kg")
     inertia = part.array("system_inertia" if old else "inertia", size=6)
     where = "location" if part.has("location") else "system_center_mass"
     return mass, inertia, part.maybe_array(where, size=3)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pitchopt.turbines.fields import Fields, FloatArray
+from pitchopt.turbines.fields import Fields, FloatArray, one_of
 
 __all__ = ["airfoil_table", "blade_structure", "curve", "tower"]
 
@@ -23,11 +23,14 @@ def curve(
     above: float | None = None,
     at_least: float | None = None,
     at_most: float | None = None,
+    unit: str = "",
 ) -> tuple[FloatArray, FloatArray]:
     """Grid (n,) from 0 to 1 and values (n,) of the distributed quantity `key`."""
     part = owner.child(key)
     grid = _unit_grid(part)
-    values = part.array("values", size=grid.size, above=above, at_least=at_least, at_most=at_most)
+    values = part.array(
+        "values", size=grid.size, above=above, at_least=at_least, at_most=at_most, unit=unit
+    )
     return grid, values
 
 
@@ -51,7 +54,7 @@ def _polar(airfoil: Fields, configuration: str) -> list[tuple[FloatArray, FloatA
             tables.append((tables[0][0], np.zeros_like(tables[0][0])))
             continue
         part = chosen.child(key)
-        alpha = part.array("grid", at_least=-180.0, at_most=180.0, increasing=True)
+        alpha = part.array("grid", at_least=-180.0, at_most=180.0, increasing=True, unit="deg")
         if alpha.size < 2:
             part.fail("grid", "got 1 angle of attack, expected at least 2")
         tables.append((alpha, part.array("values", size=alpha.size)))
@@ -92,7 +95,7 @@ def airfoil_table(
     for entry in shape.children("airfoils"):
         name = entry.text("name")
         if name not in library:
-            entry.fail("name", f"got {name!r}, expected one of {', '.join(sorted(library))}")
+            entry.fail("name", one_of(name, library))
         airfoil = library[name]
         names = entry.texts("configuration") if entry.has("configuration") else ["default"]
         weights = np.ones(1)
@@ -115,7 +118,10 @@ def airfoil_table(
         where = np.ones(thickness.size)
     if np.any(np.diff(where) < 0.0):
         i = int(np.argmax(np.diff(where) < 0.0)) + 1
-        shape.fail(f"airfoils[{i}].spanwise_position", "expected not less than the one before")
+        shape.fail(
+            f"airfoils[{i}].spanwise_position",
+            f"got {where[i]:g} after {where[i - 1]:g}, expected not less",
+        )
     if shape.has("rthick"):
         local = np.interp(grid, *curve(shape, "rthick", above=0.0, at_most=1.0 + _EDGE))
     else:
@@ -213,16 +219,17 @@ def blade_structure(blade: Fields) -> dict[str, Any] | None:
 
 def tower(top: Fields, part: Fields) -> dict[str, Any]:
     """Record of the tower."""
-    z_grid, z = curve(part.child("reference_axis"), "z")
+    z_grid, z = curve(part.child("reference_axis"), "z", unit="m")
     if np.any(np.diff(z) <= 0.0):
-        part.child("reference_axis").fail("z.values", "expected values that increase upwards")
+        part.child("reference_axis").fail_order("z.values", z)
     shape = part.child("outer_shape")
-    d_grid, d = curve(shape, "outer_diameter", above=0.0)
+    d_grid, d = curve(shape, "outer_diameter", above=0.0, at_most=100.0, unit="m")
     structure = part.optional("structure")
     walls = []
     if structure is not None and structure.has("layers"):
         walls = [
-            (layer, *curve(layer, "thickness", above=0.0)) for layer in structure.children("layers")
+            (layer, *curve(layer, "thickness", above=0.0, at_most=10.0, unit="m"))
+            for layer in structure.children("layers")
         ]
     beam = structure.optional("elastic_properties") if structure is not None else None
     grids = [z_grid, d_grid, *(g for _, g, _ in walls)]
@@ -238,8 +245,8 @@ def tower(top: Fields, part: Fields) -> dict[str, Any]:
             structure.maybe_number("outfitting_factor", at_least=1.0) or 1.0
         )
         steel = _material(top, walls[0][0])
-        record["density"] = steel.number("rho", above=0.0)
-        record["youngs_modulus"] = steel.number("E", above=0.0)
+        record["density"] = steel.number("rho", above=0.0, unit="kg/m3")
+        record["youngs_modulus"] = steel.number("E", above=0.0, unit="Pa")
         if steel.has("nu"):
             record["poisson_ratio"] = steel.number("nu", above=-1.0, at_most=0.5)
     if beam is not None and beam.has("inertia_matrix") and beam.has("stiffness_matrix"):
@@ -266,5 +273,5 @@ def _material(top: Fields, layer: Fields) -> Fields:
     for entry in top.children("materials"):
         known[entry.text("name")] = entry
     if name not in known:
-        layer.fail("material", f"got {name!r}, expected one of {', '.join(sorted(known))}")
+        layer.fail("material", one_of(name, known))
     return known[name]

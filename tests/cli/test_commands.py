@@ -40,7 +40,7 @@ def test_without_arguments_the_help_is_shown(run):
         "schedule",
         "export",
         "turbines",
-        "Examples",
+        "First steps",
         "Exit status",
     ):
         assert word in done.out
@@ -373,9 +373,9 @@ def test_unknown_points_name_those_that_are_there(run, finished):
 # ---- failures ------------------------------------------------------------------------------
 
 
-def test_a_torque_out_of_reach_is_a_failed_computation(run, small, tmp_path):
+def test_a_torque_out_of_reach_is_bad_input(run, small, tmp_path):
     done = run("design", *small, "--mean-torque", "1e9")
-    assert done.status == 1
+    assert done.status == 2
     assert "1e+09" in done.err
     assert len(done.err.splitlines()) == 1
     assert names(tmp_path) == []
@@ -385,7 +385,7 @@ def test_a_torque_out_of_reach_is_a_failed_computation(run, small, tmp_path):
     ("error", "status", "text"),
     [
         (InputError("x: got 1"), 2, "x: got 1"),
-        (InfeasibleError("nothing\nfits"), 1, "nothing fits"),
+        (InfeasibleError("nothing\nfits"), 2, "nothing fits"),
         (ComputationError("solver"), 1, "solver"),
         (KeyboardInterrupt(), 130, "interrupted"),
         (MemoryError("much"), 1, "MemoryError: much"),

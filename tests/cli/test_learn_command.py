@@ -264,9 +264,9 @@ def test_files_that_are_no_checkpoint_are_left_alone(run, tmp_path, content):
     assert (tmp_path / "run.npz").read_bytes() == content
 
 
-def test_a_torque_out_of_reach_is_a_failed_computation(run):
+def test_a_torque_out_of_reach_is_bad_input(run):
     done = run(*QUICK, "--mean-torque", "1.7e6", "--json")
-    assert done.status == 1
+    assert done.status == 2
     assert done.out == ""
     assert len(done.err.splitlines()) == 1
     assert "at 15 m/s: mean torque: got 1.7e+06" in done.err
@@ -359,7 +359,7 @@ def test_dynamic_turbine(run, tmp_path):
     found = json.loads((tmp_path / "out" / "learning.json").read_text())
     assert (found["plant"], found["judged_on_seeds"]) == ("dynamic", [])
     assert found["settings"]["turbine"] == {
-        "turbulence": "none", "structure": "rigid", "rotor": "held", "actuator_time": 0.0,
+        "turbulence": "none", "structure": "rigid", "rotor": "held", "pitch_lag": 0.0,
         "averaged": 0, "longest_step": 0.025,
     }  # fmt: skip
     rows = list(csv.DictReader((tmp_path / "out" / "learning.csv").read_text().splitlines()))

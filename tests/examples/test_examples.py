@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import sys
 from pathlib import Path
 
@@ -76,6 +77,8 @@ def load(path):
 
 def test_every_example_is_listed():
     assert [path.stem for path in EXAMPLES] == list(WRITES)
+    page = (FOLDER / "README.md").read_text(encoding="utf-8")
+    assert re.findall(r"^\| `([^`]+)\.py`", page, re.MULTILINE) == list(WRITES)
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

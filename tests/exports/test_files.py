@@ -33,10 +33,15 @@ def test_same_names_are_replaced_and_others_stay(tmp_path):
 
 def test_one_failure_leaves_nothing(tmp_path):
     (tmp_path / "a.txt").write_text("old")
-    with pytest.raises(OSError, match="no-such-folder"):
-        write_files(tmp_path, {"a.txt": "new", "no-such-folder/b.txt": "new"})
+    with pytest.raises(OSError, match=r"a\.txt"):
+        write_files(tmp_path, {"a.txt": "new", "a.txt/b.txt": "a file is no folder"})
     assert names(tmp_path) == ["a.txt"]
     assert (tmp_path / "a.txt").read_text() == "old"
+
+
+def test_a_name_may_have_a_folder(tmp_path):
+    write_files(tmp_path, {"a.txt": "one", "inner/b.txt": "two"})
+    assert (tmp_path / "inner" / "b.txt").read_text() == "two"
 
 
 def test_interruption_while_writing_leaves_nothing(tmp_path, monkeypatch):

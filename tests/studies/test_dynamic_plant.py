@@ -185,7 +185,7 @@ def test_lag_is_half_a_station_and_what_actuators_and_blades_add(case):
         return TurbineSetup(case, TurbineSettings(**changes), PITCH).lag.angle
 
     rigid = angle(structure="rigid")
-    slow = angle(structure="rigid", actuator_time=0.1)
+    slow = angle(structure="rigid", pitch_lag=0.1)
     # first order: atan(omega tau) at once per turn; the command of a step's end is held over it
     step = TurbineSetup(case, TurbineSettings(), PITCH).dynamic.step
     expected = np.arctan(0.1 * case.rotor_speed) - 0.5 * case.rotor_speed * step
@@ -290,7 +290,7 @@ def test_divergence_is_an_error_that_says_when(case):
         ({"structure": "soft"}, "structure: got 'soft'"),
         ({"rotor": "free"}, "rotor: got 'free'"),
         ({"averaged": -1}, "averaged"),
-        ({"actuator_time": -0.1}, "actuator_time"),
+        ({"pitch_lag": -0.1}, "pitch_lag"),
     ],
 )
 def test_bad_settings(values, text):

@@ -12,6 +12,8 @@ from __future__ import annotations
 import dataclasses
 from functools import cached_property
 
+import numpy as np
+
 from pitchopt.cases import Case
 from pitchopt.control import TurbineController
 from pitchopt.errors import InputError
@@ -132,15 +134,18 @@ class Ground:
             case = case.with_values({"objective.harmonics": harmonics})
         return TurbineSetup(
             case,
-            TurbineSettings(
-                turbulence=wind, rotor="controlled", actuator_time=lag, averaged=averaged
-            ),
+            TurbineSettings(turbulence=wind, rotor="controlled", pitch_lag=lag, averaged=averaged),
             0.0,
         )
 
 
 def _check(case: Case) -> None:
     wind = case.wind
+    if case.operation.rotor_speed is not None:
+        raise InputError(
+            f"operation.rotor_speed_rpm: got {case.operation.rotor_speed * 30.0 / np.pi:g}, "
+            "expected 'auto': in a comparison the rotor turns freely under its controller"
+        )
     if wind.disc is not None or wind.shear not in ("power", "none"):
         what = "a disc file" if wind.disc is not None else f"shear {wind.shear!r}"
         raise InputError(f"wind: got {what}, expected a power law: simulations know no other shear")

@@ -67,7 +67,7 @@ class TurbineSettings:
         Whether blades and tower bend.
     rotor : {"held", "controlled"}
         Held at the case's rotor speed, or free with the turbine's baseline controller.
-    actuator_time : float
+    pitch_lag : float
         Time constant of the pitch actuators [s]; 0 for ones that follow at once within their rate.
     averaged : int
         Rotations over which the loads of a profile are averaged, see `DynamicPlant`.
@@ -83,7 +83,7 @@ class TurbineSettings:
     turbulence: str = "none"
     structure: Literal["flexible", "rigid"] = "flexible"
     rotor: Literal["held", "controlled"] = "held"
-    actuator_time: float = 0.0
+    pitch_lag: float = 0.0
     averaged: int = 0
     longest_step: float = 0.025
 
@@ -102,7 +102,7 @@ class TurbineSettings:
                 f"turbulence: got {self.turbulence!r}, expected one of "
                 f"{', '.join(('none', *CLASSES))}, or an intensity such as 0.05"
             )
-        finite_number("actuator_time", self.actuator_time, at_least=0.0, at_most=10.0)
+        finite_number("pitch_lag", self.pitch_lag, at_least=0.0, at_most=10.0)
         finite_number("longest_step", self.longest_step, above=0.0, at_most=0.2)
         whole_number("averaged", self.averaged, at_least=0)
 
@@ -183,7 +183,7 @@ class TurbineSetup:
                 lowest=limits.lower,
                 highest=limits.upper,
                 rate=limits.pitch_rate,
-                time_constant=settings.actuator_time or None,
+                time_constant=settings.pitch_lag or None,
             ),
         )
 
@@ -260,7 +260,7 @@ class TurbineSetup:
         return {
             name: getattr(self.settings, name)
             for name in (
-                *("turbulence", "structure", "rotor", "actuator_time", "averaged"),
+                *("turbulence", "structure", "rotor", "pitch_lag", "averaged"),
                 "longest_step",
             )
         }

@@ -301,7 +301,7 @@ def learn_on_turbine(
         return HeldLoads.of(profile, [plant.held(profile, judged) for plant in plants])
 
     setup, ref = study.setup, study.reference
-    late = math.pi / setup.stations + math.atan(setup.rotor_speed * turbine.actuator_time)
+    late = math.pi / setup.stations + math.atan(setup.rotor_speed * turbine.pitch_lag)
     design = turned_profile(ref.design.profile, late)
     if turbine.rotor == "controlled":
         design = design + (setup.start.pitch - design.mean())

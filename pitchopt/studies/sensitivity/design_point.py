@@ -279,6 +279,8 @@ class DesignPoint:
                 )
             return Changed(value=value, task=self.held, objective=objective)
         if name == "rate":
+            if value < 0.0:
+                raise InputError("expected a rate of 0 deg/s or more")
             task = replace(self.held, limits=replace(self.task.limits, pitch_rate=value))
             return Changed(value=value, task=task, objective=self.objective)
         if name == "shear":
