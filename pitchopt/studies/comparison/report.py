@@ -61,11 +61,11 @@ def comparison_report(
     body = [
         html_paragraph(
             f"Turbine {document['turbine']} at {document['rotor_speed_rpm']:.2f} rpm, free rotor "
-            "under its baseline controller, bending blades and tower, pitch actuators with a lag of "
-            f"{settings['pitch_lag']:g} s. Each run counts {settings['duration']:g} s after "
+            "under its baseline controller, bending blades and tower, pitch actuators with a lag "
+            f"of {settings['pitch_lag']:g} s. Each run counts {settings['duration']:g} s after "
             f"{settings['skip']:g} s of start-up. Tuners had at most {settings['evaluations']} "
-            f"evaluations each (seeds in turbulence: {settings['tuning_seeds']}); their cost is the "
-            "fatigue of the blade roots out of plane."
+            f"evaluations each (seeds in turbulence: {settings['tuning_seeds']}); their cost is "
+            "the fatigue of the blade roots out of plane."
         )
     ]
     for method in PLANNED:
@@ -77,8 +77,8 @@ def comparison_report(
             ]
     body.append(
         html_paragraph(
-            "It pays where the 95 % confidence interval of the cut of a damage-equivalent load lies "
-            f"above {100 * document['verdict']['worth']:g} %, and is lost in the scatter where the "
+            "It pays where the 95 % confidence interval of the cut of a damage-equivalent load "
+            f"lies above {100 * document['verdict']['worth']:g} %, and is lost in the scatter where the "
             "interval is too wide to tell."
         )
     )

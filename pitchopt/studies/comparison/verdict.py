@@ -1,10 +1,10 @@
 """Verdict: where a profile that is planned for a steady wind stops paying in turbulence.
 
 A method pays in a load where the confidence interval of the cut lies above one per cent, it costs
-where the interval lies below minus one per cent, and it does nothing where the interval lies between
-the two.  Any other interval is too wide to tell.  It stops paying at the first wind, in the order
-of intensity, in which it no longer pays in a load that it paid in before: it does nothing there,
-costs, or is lost in the scatter of the seeds.
+where that lies below minus one per cent, and it does nothing where it lies between the two.  Any
+other interval is too wide to tell.  It stops paying at the first wind, in the order of intensity,
+in which it no longer pays in a load that it paid in before: it does nothing there, costs, or is
+lost in the scatter of the seeds.
 """
 
 from __future__ import annotations
