@@ -57,15 +57,7 @@ def main(argv: list[str] | None = None) -> None:
             print(f"  {line}")
 
     document = comparison_document(result)
-    excerpts = {
-        wind: {
-            entry.method: entry.excerpt
-            for entry in result.judged(wind)
-            if entry.excerpt is not None
-        }
-        for wind in result.winds
-    }
-    figures = method_figures(document, excerpts)
+    figures = method_figures(document, result.excerpts)
     written = write_files(
         Path(options.folder),
         {

@@ -250,15 +250,7 @@ def _page(report: str | None, folder: Path | None) -> Path | None:
 def _figures(result: Comparison, document: dict[str, Any]) -> dict[str, Figure]:
     from pitchopt.plotting import method_figures
 
-    excerpts = {
-        wind: {
-            entry.method: entry.excerpt
-            for entry in result.judged(wind)
-            if entry.excerpt is not None
-        }
-        for wind in result.winds
-    }
-    return method_figures(document, excerpts)
+    return method_figures(document, result.excerpts)
 
 
 def _files(

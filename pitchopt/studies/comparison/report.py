@@ -78,8 +78,8 @@ def comparison_report(
     body.append(
         html_paragraph(
             "It pays where the 95 % confidence interval of the cut of a damage-equivalent load "
-            f"lies above {100 * document['verdict']['worth']:g} %, and is lost in the scatter where the "
-            "interval is too wide to tell."
+            f"lies above {100 * document['verdict']['worth']:g} %, and is lost in the scatter "
+            "where the interval is too wide to tell."
         )
     )
     for name, figure in figures.items():

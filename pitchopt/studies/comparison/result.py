@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -117,6 +116,14 @@ class Comparison:
         """Of a wind [-]."""
         return intensity(wind, self.ground.wind_speed)
 
-    def judged(self, wind: str) -> Sequence[Entry]:
-        """Entries of a wind that were judged."""
-        return [entry for entry in self.entries if entry.wind == wind and entry.runs]
+    @property
+    def excerpts(self) -> dict[str, dict[str, Excerpt]]:
+        """Excerpts by wind and method, for pictures."""
+        return {
+            wind: {
+                entry.method: entry.excerpt
+                for entry in self.entries
+                if entry.wind == wind and entry.excerpt is not None
+            }
+            for wind in self.winds
+        }

@@ -21,12 +21,8 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stab
 @pytest.fixture(scope="module")
 def page(result):
     document = comparison_document(result)
-    excerpts = {
-        wind: {entry.method: entry.excerpt for entry in result.judged(wind)}
-        for wind in result.winds
-    }
     command = 'pitchopt compare --out "a <b>" --report'
-    return comparison_report(document, method_figures(document, excerpts), command=command)
+    return comparison_report(document, method_figures(document, result.excerpts), command=command)
 
 
 class _Links(HTMLParser):
