@@ -37,7 +37,7 @@ demo: $(MARK)-core
 	$(VENV)/bin/pitchopt tradeoff --case biegel2011 --out $(OUT)
 
 test: $(MARK)-test
-	$(PY) -m pytest -n $(JOBS) $(PYTEST_ARGS)
+	$(PY) -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder $(PYTEST_ARGS)
 
 lint: $(MARK)-test
 	$(PY) -m ruff check .

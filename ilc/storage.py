@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import glob
 import io
 import json
 import math
 import os
+import time
 import uuid
 import zipfile
 import zlib
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +22,14 @@ from ilc.errors import StateError
 
 __all__ = ["check_settings", "load_state", "part", "save_state"]
 
+_STALE = 3600.0  # [s]
+
 
 def save_state(path: str | os.PathLike[str], state: Mapping[str, np.ndarray]) -> Path:
-    """Write arrays to a file; a file of that name is replaced only when all is written."""
+    """Write arrays to a file; a file of that name is replaced only when all is written.
+
+    What a killed process left half written of the same file is removed when it is an hour old.
+    """
     target = Path(path)
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, **state)
@@ -33,7 +41,16 @@ def save_state(path: str | os.PathLike[str], state: Mapping[str, np.ndarray]) ->
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+    _sweep(target)
     return target
+
+
+def _sweep(target: Path) -> None:
+    """Remove old halves of the file; younger ones may be another process's."""
+    for left in target.parent.glob(f".{glob.escape(target.name)}.*.part"):
+        with suppress(OSError):
+            if time.time() - left.stat().st_mtime > _STALE:
+                left.unlink()
 
 
 def load_state(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:

@@ -10,6 +10,8 @@ import pytest
 from pitchopt import compared, load_case, tradeoff
 from pitchopt.studies.learning import LearningSettings, WindStep, learn
 
+pytestmark = pytest.mark.slow
+
 RATED = 5_296_610.0 / (12.1 * np.pi / 30.0)  # torque of the NREL 5 MW at rated speed [N m]
 
 

@@ -6,10 +6,11 @@ from typing import Any
 
 import click
 
+from pitchopt.cli.completing import CONTROLLERS
 from pitchopt.cli.design_command import goal_options
 from pitchopt.cli.help import Command
 from pitchopt.cli.options import _CASE_OPTIONS, case_options, json_option, search_options
-from pitchopt.cli.values import Option, between, numbers, positive, whole
+from pitchopt.cli.values import FOLDER, Option, between, numbers, positive, whole
 from pitchopt.errors import InputError
 
 __all__ = ["command"]
@@ -88,15 +89,33 @@ docs/exports.md says more."""
 
 
 @click.command("export", cls=Command, epilog=_EPILOG)
-@click.argument("source", required=False, metavar="[PROFILES.npz|CONTROLLER]")
-@click.option("--format", "form", metavar="|".join(FORMATS), help="What to write.  [required]")
+@click.argument(
+    "source",
+    required=False,
+    type=Option("file", names=CONTROLLERS, endings=(".npz", ".toml", ".json")),
+    metavar="[PROFILES.npz|CONTROLLER]",
+)
+@click.option(
+    "--format",
+    "form",
+    type=Option("format", names=FORMATS),
+    metavar="|".join(FORMATS),
+    help="What to write.  [required]",
+)
 @click.option(
     "--point",
     metavar="NAME",
     help="Profile of the file: INDEX, knee, loss=3%, power_max, constant or a label; in a file of "
     "robust or schedule the wind's number from 0 or label.  [default: the knee, or the only one]",
 )
-@click.option("--out", metavar="DIR", default=".", show_default=True, help="Folder for the files.")
+@click.option(
+    "--out",
+    type=FOLDER,
+    metavar="DIR",
+    default=".",
+    show_default=True,
+    help="Folder for the files.",
+)
 @click.option(
     "--step-deg",
     type=Option("deg", positive(180.0, "deg")),
@@ -118,6 +137,7 @@ docs/exports.md says more."""
 )
 @click.option(
     "--interpolation",
+    type=Option("kind", names=("linear", "fourier")),
     metavar="linear|fourier",
     help="aerodyn, rosco: how the profile continues between its stations.  [default: linear]",
 )

@@ -34,7 +34,6 @@ __all__ = [
     "certify_options",
     "json_option",
     "model_options",
-    "output_options",
     "result_options",
     "search_options",
     "turbine_case_options",
@@ -171,11 +170,6 @@ _OUT = click.option(
 def json_option(function: F) -> F:
     """One JSON document on standard output and nothing else there."""
     return section(OUTPUT, _JSON)(function)
-
-
-def output_options(function: F) -> F:
-    """Where files go."""
-    return section(OUTPUT, _OUT)(function)
 
 
 def result_options(function: F) -> F:

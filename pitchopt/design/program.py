@@ -155,7 +155,6 @@ class ConvexSubproblem:
             rules.append(self._basis)
         if constraints is not None:
             rules += list(constraints(self.beta))
-        self._rules = rules
         self.program = cp.Problem(cp.Minimize(cost), rules)
         if not self.program.is_dcp(dpp=True):
             raise InputError(

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-__all__ = ["Channel", "channel_list", "channel_places"]
+__all__ = ["Channel", "channel_list"]
 
 _RPM = 30.0 / math.pi
 _DEG = 180.0 / math.pi
@@ -113,8 +113,3 @@ def channel_list(blades: int, sections: int) -> tuple[Channel, ...]:
                 )
             )
     return tuple(channels)
-
-
-def channel_places(blades: int, sections: int) -> dict[str, int]:
-    """Name -> place in the vector."""
-    return {c.name: i for i, c in enumerate(channel_list(blades, sections))}

@@ -6,7 +6,7 @@ from pitchopt.tuning.bayesian import Bayesian
 from pitchopt.tuning.evaluations import Best, Candidate, Evaluation, Outcome
 from pitchopt.tuning.gaussian_process import GaussianProcess, PosteriorMinimum
 from pitchopt.tuning.journal import Journal
-from pitchopt.tuning.replicates import Replicated, variance_of_mean
+from pitchopt.tuning.replicates import variance_of_mean
 from pitchopt.tuning.space import Parameter, Polar, Space
 from pitchopt.tuning.study import StudyResult, run_study
 from pitchopt.tuning.tuner import StagedTuner, Tuner
@@ -23,7 +23,6 @@ __all__ = [
     "Parameter",
     "Polar",
     "PosteriorMinimum",
-    "Replicated",
     "Space",
     "StageRecord",
     "StagedTuner",

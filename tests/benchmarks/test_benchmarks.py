@@ -123,6 +123,7 @@ def test_every_script_is_listed():
     assert sorted(FIGURES) == SCRIPTS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("script", SCRIPTS)
 def test_quick_run(script, folder):
     if script == "scp_vs_ipopt":

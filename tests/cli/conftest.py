@@ -20,6 +20,19 @@ class Outcome:
     err: str
 
 
+@pytest.fixture(scope="session")
+def boxes(tmp_path_factory):
+    """Folder of the Kaimal boxes of all tests of commands."""
+    return tmp_path_factory.mktemp("boxes")
+
+
+@pytest.fixture(autouse=True)
+def own_cache(boxes, monkeypatch):
+    """No box of the tests in the user's cache folder; no bar on a slow machine."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(boxes))
+    monkeypatch.setattr("pitchopt.cli.progress.DELAY", 1e6)
+
+
 @pytest.fixture
 def run(capsys, tmp_path, monkeypatch):
     """Run the program in an empty folder, which is `tmp_path`."""

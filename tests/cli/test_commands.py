@@ -526,6 +526,7 @@ def test_proof_goes_on(run, small, tmp_path):
     assert two["upper_bound"] <= one["upper_bound"]
 
 
+@pytest.mark.slow
 def test_tradeoff_with_deep_certificates(run, small, tmp_path):
     done = run(
         "tradeoff", *small, "--mu", "20", "--certify", "deep", "--certify-gap", "2%",

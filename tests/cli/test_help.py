@@ -210,6 +210,8 @@ def completions(capsys, monkeypatch, line: str) -> list[str]:
         ("pitchopt turbines iea-1", ["plain,iea-10-198", "plain,iea-15-240"]),
         ("pitchopt turbines t", ["plain,t.yaml"]),
         ("pitchopt completion z", ["plain,zsh"]),
+        ("pitchopt export --format ha", ["plain,harmonics"]),
+        ("pitchopt export ip", ["plain,ipc"]),
     ],
 )
 def test_completion(capsys, monkeypatch, tmp_path, line, found):

@@ -147,6 +147,7 @@ def test_profiles_are_described_in_the_wind_of_the_end(run, tmp_path):
         assert found["baseline_after"][name] == pytest.approx(own["baseline"][name], rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("wind", "shown"),
     [
@@ -348,6 +349,7 @@ TURBINE = (
 )
 
 
+@pytest.mark.slow
 def test_dynamic_turbine(run, tmp_path):
     done = run(*TURBINE, "--structure", "rigid", "--out", "out")
     assert done.status == 0, done.err

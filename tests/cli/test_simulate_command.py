@@ -18,12 +18,6 @@ QUICK = ("simulate", "--step", "0.05", "--duration", "8", "--skip", "2", "--box-
 RUNAWAY = "[torque]\nfactor = 0.01\n[pitch]\nproportional = 0\nintegral = 1e-9\n"
 
 
-@pytest.fixture(autouse=True)
-def own_cache(tmp_path_factory, monkeypatch):
-    """No box of the tests in the user's cache folder."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
-
-
 @pytest.fixture
 def document(run):
     """Run with --json; the document."""
@@ -45,6 +39,7 @@ def numbers_of(value):
     return [value] if isinstance(value, float) else []
 
 
+@pytest.mark.slow
 def test_schema_of_the_document(run, tmp_path):
     assert run(*QUICK, "--turbulence", "none", "--json").status == 0  # compiles, and may say so
     done = run(*QUICK, "--wind-speed", "8,14", "--seeds", "2", "--json")

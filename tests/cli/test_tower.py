@@ -19,13 +19,6 @@ TINY = (
 )  # fmt: skip
 
 
-@pytest.fixture(autouse=True)
-def own_cache(tmp_path_factory, monkeypatch):
-    """No box of the tests in the user's cache folder; no bar on a slow machine."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.getbasetemp() / "boxes"))
-    monkeypatch.setattr("pitchopt.cli.progress.DELAY", 1e6)
-
-
 def nothing_runs(*_, **__):
     pytest.fail("simulated again")
 

@@ -21,19 +21,6 @@ SHORT = ("--duration", "20", "--skip", "10", "--seeds", "1", "--workers", "1")
 TORQUE = ("tune", "--problem", "torque-gain", "--wind-speed", "8", *SHORT)
 
 
-@pytest.fixture(scope="module")
-def boxes(tmp_path_factory):
-    """Folder of the Kaimal boxes of all tests here."""
-    return tmp_path_factory.mktemp("boxes")
-
-
-@pytest.fixture(autouse=True)
-def own_cache(boxes, monkeypatch):
-    """No box of the tests in the user's cache folder; no bar on a slow machine."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(boxes))
-    monkeypatch.setattr("pitchopt.cli.progress.DELAY", 1e6)
-
-
 @pytest.fixture
 def document(run):
     """Run with --json; the document."""
@@ -217,6 +204,7 @@ def test_finished_study_comes_from_its_journal(document, tmp_path, monkeypatch):
     assert len(more["evaluations"]) == 8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
 def test_stopped_study_goes_on_to_the_same_table(document, tmp_path, boxes, project_root, how):
     args = (*TORQUE, "--method", "bayes", "--evaluations", "10")

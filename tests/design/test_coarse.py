@@ -75,6 +75,7 @@ class TestStations:
 
 
 class TestResults:
+    @pytest.mark.slow
     def test_local_optimum(self, large: DesignProblem) -> None:
         start = np.full(large.curves.stations, 0.04)
         found = solve_local(large, OBJECTIVE, start)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise, product
 from typing import Any
 
@@ -180,6 +181,7 @@ class TestNeverTooLow:
         assert 21.0 <= proven.upper_bound <= 21.0 * (1 + 1e-3)
 
 
+@cache
 def knee_problem(positions: int = 6) -> tuple[DesignProblem, Objective, FloatArray, float]:
     """A rotor at a price where the hull is loose."""
     problem = DesignProblem(curves=rotor_curves(positions=positions), limits=wide_limits(0.15))
@@ -189,6 +191,7 @@ def knee_problem(positions: int = 6) -> tuple[DesignProblem, Objective, FloatArr
 
 
 class TestSearch:
+    @pytest.mark.slow
     def test_closes_what_the_hull_leaves(self) -> None:
         problem, objective, start, scale = knee_problem()
         relaxed = relax(problem, objective, profile=start)
@@ -218,8 +221,9 @@ class TestSearch:
         np.testing.assert_array_equal(alone.proof.multipliers, shared.proof.multipliers)
         np.testing.assert_array_equal(alone.proof.value, shared.proof.value)
 
+    @pytest.mark.slow
     def test_goes_on_from_a_stored_tree(self) -> None:
-        problem, objective, start, scale = knee_problem()
+        problem, objective, start, scale = knee_problem(4)
         first = prove(
             problem, objective, start, scale=scale, settings=ProofSettings(gap=2e-3, regions=60)
         )
@@ -234,6 +238,7 @@ class TestSearch:
             second.upper_bound, rel=1e-12
         )
 
+    @pytest.mark.slow
     def test_a_small_gap_comes_after_a_proof_of_one_per_cent(self) -> None:
         problem, objective, start, scale = knee_problem(4)
         kept = prove_in_stages(
@@ -280,9 +285,10 @@ class TestSearch:
             proven.upper_bound, rel=1e-12
         )
 
+    @pytest.mark.slow
     def test_takes_over_a_better_profile(self) -> None:
-        problem, objective, start, scale = knee_problem()
-        poor = np.full(18, float(problem.constant_range[0]))
+        problem, objective, start, scale = knee_problem(4)
+        poor = np.full(12, float(problem.constant_range[0]))
         proven = prove(
             problem, objective, poor, scale=scale, settings=ProofSettings(gap=2e-3, seconds=120.0)
         )
@@ -298,16 +304,19 @@ class TestSearch:
             ProofSettings(**wrong)
 
 
-class TestCheck:
-    def proven(self) -> tuple[DesignProblem, Objective, Proof]:
-        problem, objective, start, scale = knee_problem(4)
-        proven = prove(
-            problem, objective, start, scale=scale, settings=ProofSettings(gap=5e-3, regions=300)
-        )
-        return problem, objective, proven.proof
+@cache
+def knee_proof() -> tuple[DesignProblem, Objective, Proof]:
+    """A proof of its smallest kind, which tests take apart copy by copy."""
+    problem, objective, start, scale = knee_problem(4)
+    proven = prove(
+        problem, objective, start, scale=scale, settings=ProofSettings(gap=5e-3, regions=300)
+    )
+    return problem, objective, proven.proof
 
+
+class TestCheck:
     def test_other_problems_are_refused(self) -> None:
-        problem, objective, proof = self.proven()
+        problem, objective, proof = knee_proof()
         other = replace(objective, torque=0.5)
         with pytest.raises(InputError, match="other curves"):
             check_proof(proof, problem, other)
@@ -318,7 +327,7 @@ class TestCheck:
     @pytest.mark.parametrize("seed", range(6))
     def test_changed_multipliers_cannot_make_it_wrong(self, seed: int) -> None:
         """Whatever stands in the rows, what comes out is still a bound."""
-        problem, objective, proof = self.proven()
+        problem, objective, proof = knee_proof()
         rng = np.random.default_rng(seed)
         rows = proof.multipliers * np.float32(10.0) ** rng.normal(
             0, 1, proof.multipliers.shape
@@ -334,7 +343,7 @@ class TestCheck:
     @pytest.mark.parametrize("more", [1e2, 1e4, 1e5, 1e9])
     def test_a_raised_cut_is_paid_for(self, more: float) -> None:
         """Regions lose more, and what they lose counts: by the cut, or by their own bound."""
-        problem, objective, proof = self.proven()
+        problem, objective, proof = knee_proof()
         best = solve_local(problem, objective, np.zeros(12)).value
         assert proof.upper_bound >= best
         bound = check_proof(replace(proof, cut=proof.cut + more), problem, objective)
@@ -343,7 +352,7 @@ class TestCheck:
 
     @pytest.mark.parametrize("what", ["missing part", "two roots", "other value", "same side"])
     def test_trees_with_holes_are_refused(self, what: str) -> None:
-        problem, objective, proof = self.proven()
+        problem, objective, proof = knee_proof()
         assert proof.regions > 4
         last = proof.regions - 1
         parent, value, above = proof.parent.copy(), proof.value.copy(), proof.above.copy()
@@ -383,7 +392,7 @@ class TestCheck:
         ],
     )
     def test_hostile_numbers_are_refused(self, name: str, change: Any) -> None:
-        problem, objective, proof = self.proven()
+        problem, objective, proof = knee_proof()
         with pytest.raises(InputError, match="proof"):
             check_proof(replace(proof, **{name: change(getattr(proof, name))}), problem, objective)
 

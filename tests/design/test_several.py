@@ -222,6 +222,7 @@ class TestSchedule:
         np.testing.assert_array_equal(found.profiles[1], shared.profile)
         assert found.objective == shared.objective
 
+    @pytest.mark.slow
     def test_between_one_profile_and_each_its_own(self) -> None:
         tasks = speeds(0.9, 1.0, 1.2)
         shared = robust(tasks, mu=MU).objective

@@ -64,7 +64,11 @@ WRITES = {
     "30_rosco_open_loop": ["30_lead.png", "30_rosco"],
     "31_rosco_individual_pitch": ["31_band_pass.png", "31_discon_ipc.txt"],
     "32_csv_and_harmonics": ["32_harmonics.csv", "32_profile.csv"],
+    "33_compare": ["33_changes.png", "33_compare.html"],
 }
+MORE = {"26_dask_cluster": ["--lose-a-worker"]}
+SAYS = {"26_dask_cluster": ("killed midway", "both tables are the same")}
+SLOW = ["05", "09", "11", "15", "16", "17", "22", "23", "24", "25", "26", "27", "28", "29"]
 NEEDS = {"26_dask_cluster": "distributed"}
 
 
@@ -81,26 +85,24 @@ def test_every_example_is_listed():
     assert re.findall(r"^\| `([^`]+)\.py`", page, re.MULTILINE) == list(WRITES)
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(path, marks=[pytest.mark.slow] * (path.stem[:2] in SLOW)) for path in EXAMPLES],
+    ids=[path.stem for path in EXAMPLES],
+)
 def test_example(path, tmp_path, monkeypatch, capsys):
     if path.stem in NEEDS:
         pytest.importorskip(NEEDS[path.stem], reason="comes with an extra")
     monkeypatch.chdir(tmp_path)
-    load(path).main(["out", "--quick"])
+    assert not load(path).main(["out", "--quick", *MORE.get(path.stem, ())])
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == WRITES[path.stem]
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
     text = capsys.readouterr().out
     assert text.strip()
     for word in ("infeasible", "failed", "iteration limit"):
         assert word not in text
-
-
-def test_cluster_that_loses_a_worker_ends_with_the_same_table(tmp_path, capsys):
-    pytest.importorskip("distributed", reason="comes with an extra")
-    module = load(FOLDER / "26_dask_cluster.py")
-    assert module.main([str(tmp_path), "--quick", "--lose-a-worker"]) == 0
-    text = capsys.readouterr().out
-    assert "killed midway" in text and "both tables are the same" in text
+    for word in SAYS.get(path.stem, ()):
+        assert word in text
 
 
 def test_cluster_without_dask_says_what_to_install(tmp_path, monkeypatch, capsys):

@@ -99,6 +99,7 @@ def test_harmonics_are_kept(separate: bool) -> None:
         assert ac_load(plant.passage(learner.profile, 0), WEIGHTS) <= 1.02 * best
 
 
+@pytest.mark.slow
 def test_noise_is_averaged() -> None:
     """Noise adds less than one measurement of it, and leaves less than a fixed gain does."""
     plant = AffinePlant.random(6, positions=12)

@@ -196,6 +196,7 @@ def test_no_rotation_is_the_experiment_alone() -> None:
     assert len(record.experiment) * 3 == len(record.passages) > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("separate", [False, True])
 @pytest.mark.parametrize("every", [1, 4])
 def test_resumed_at_any_passage_gives_the_same_record(
@@ -225,6 +226,7 @@ def test_resumed_at_any_passage_gives_the_same_record(
         assert len(second.profiles) == passages - stop // 3 // every * every * 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("separate", ["common", "separate"])
 def test_killed_runs_go_on_to_the_same_record(separate: str, tmp_path: Path) -> None:
     path = tmp_path / "run.npz"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -88,3 +89,15 @@ def test_settings_are_compared_as_they_are_saved() -> None:
     for damaged in ("", "[1, 2]", "{"):
         with pytest.raises(StateError, match="run: damaged settings"):
             check_settings("run", np.array(damaged), mine)
+
+
+def test_a_write_removes_old_halves_of_its_own_file_alone(tmp_path: Path) -> None:
+    old, young, other = (
+        tmp_path / name for name in (".s[1].npz.a.part", ".s[1].npz.b.part", ".t.npz.a.part")
+    )
+    for path in (old, young, other):
+        path.write_bytes(b"half")
+    for path in (old, other):
+        os.utime(path, (0.0, 0.0))
+    save_state(tmp_path / "s[1].npz", {"a": np.zeros(2)})
+    assert sorted(tmp_path.iterdir()) == sorted([young, other, tmp_path / "s[1].npz"])

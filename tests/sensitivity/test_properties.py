@@ -2,6 +2,7 @@
 
 import cvxpy as cp
 import numpy as np
+import pytest
 from convex_examples import TIGHT, solved_at
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
@@ -75,6 +76,7 @@ def random_convex(seed):
     return cp.Problem(cp.Minimize(f), constraints), c
 
 
+@pytest.mark.slow
 @QUICK
 @given(seed=st.integers(0, 10**6))
 def test_first_order_has_the_resolved_slope_and_bounds_convex_problems_from_below(seed):

@@ -465,6 +465,7 @@ class TestReference:
         assert held.constant.rms_weighted < held.best.rms_weighted
         assert held.design.rms_weighted < 0.02 * held.constant.rms_weighted
 
+    @pytest.mark.slow
     def test_towards_feather(self, rated: WindTasks) -> None:
         """Here stall limits leave no constant pitch of that torque towards stall."""
         found = reference(rated, max_power_loss=LOSS)

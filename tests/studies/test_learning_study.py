@@ -388,6 +388,7 @@ def test_the_rate_is_that_of_the_fastest_rotor():
         assert limits.step == pytest.approx(own.step(18), rel=1e-12), wind
 
 
+@pytest.mark.slow
 def test_separate_profiles_even_out_a_different_blade(case):
     difference = BladeDifference(pitch_offset=0.01)
     common = {"rotations": 15, "difference": difference}
@@ -428,6 +429,7 @@ def test_harmonics_bind_learner_and_design(case):
 # ---- going on, progress -------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("learner", ["adaptive", "paper"])
 def test_a_checkpoint_leads_to_the_same_document(case, tmp_path, learner):
     settings = LearningSettings(
@@ -452,6 +454,14 @@ def test_a_checkpoint_leads_to_the_same_document(case, tmp_path, learner):
     assert resumed == whole
 
 
+@pytest.fixture(scope="module")
+def two_rotations(case, tmp_path_factory) -> bytes:
+    """A checkpoint after two rotations."""
+    path = tmp_path_factory.mktemp("checkpoint") / "run.npz"
+    learn(case, LearningSettings(rotations=2, wind=STEP), checkpoint=path)
+    return path.read_bytes()
+
+
 @pytest.mark.parametrize(
     "changed",
     [
@@ -463,14 +473,13 @@ def test_a_checkpoint_leads_to_the_same_document(case, tmp_path, learner):
     ],
     ids=lambda value: next(iter(value)),
 )
-def test_a_checkpoint_of_another_run_is_refused(case, tmp_path, changed):
+def test_a_checkpoint_of_another_run_is_refused(case, two_rotations, tmp_path, changed):
     settings = LearningSettings(rotations=13, wind=STEP)
     path = tmp_path / "run.npz"
-    learn(case, replace(settings, rotations=2, wind=STEP), checkpoint=path)
-    before = path.read_bytes()
+    path.write_bytes(two_rotations)
     with pytest.raises(InputError, match="other settings"):
         learn(case, replace(settings, **changed), checkpoint=path)
-    assert path.read_bytes() == before
+    assert path.read_bytes() == two_rotations
 
 
 def test_a_file_that_is_no_checkpoint_is_refused_at_once(case, tmp_path):

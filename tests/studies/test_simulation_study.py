@@ -70,6 +70,7 @@ def rotation_amplitude(series, skip):
     return math.hypot(fit[1], fit[2])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lag", [0.0, 0.4])
 def test_individual_pitch_takes_out_the_rotors_frequency(dynamic, lag):
     """In sheared wind, with and without lag of the actuators."""

@@ -21,6 +21,8 @@ from pitchopt.studies.learning import (
 )
 from pitchopt.studies.learning.turbine_study import HeldLoads, rotation_rms
 
+pytestmark = pytest.mark.slow
+
 M = 12
 LOSS = 0.03
 

@@ -1,9 +1,9 @@
-"""Runs of one study that are killed again and again.
+"""Runs of studies that are killed again and again.
 
-``python killed_study.py JOURNAL METHOD KILLS SEED`` kills KILLS runs with SIGKILL at random
-moments, each a process of its own that goes on where the last one was stopped, and prints as JSON
-how many evaluations stood in the journal at each kill.  Runs are forked, so that a kill costs
-milliseconds and not the import of everything.
+``python killed_study.py FOLDER METHOD,METHOD KILLS SEED`` kills KILLS runs of each method with
+SIGKILL at random moments, each a process of its own that goes on where the last one was stopped,
+and prints as JSON how many evaluations stood in the method's journal at each kill.  Runs are
+forked, so that a kill costs milliseconds and not the import of everything.
 """
 
 from __future__ import annotations
@@ -64,10 +64,8 @@ def forked(path: str, method: str) -> tuple[int, int]:
     return child, read
 
 
-def main() -> None:
+def killed(path: str, method: str, kills: int, rng: np.random.Generator) -> list[int]:
     """Kill runs at random moments: while files are opened, or after the first result."""
-    path, method, kills, seed = sys.argv[1], sys.argv[2], int(sys.argv[3]), int(sys.argv[4])
-    rng = np.random.default_rng(seed)
     began = time.perf_counter()
     child, read = forked(f"{path}.timing", method)
     os.waitpid(child, 0)
@@ -89,6 +87,16 @@ def main() -> None:
                 reached.append(len(journal.evaluations()))
         except ValueError:
             reached.append(0)  # killed before there was a file
+    return reached
+
+
+def main() -> None:
+    """Kill the studies of all methods, one after the other."""
+    folder, methods, kills, seed = sys.argv[1], sys.argv[2], int(sys.argv[3]), int(sys.argv[4])
+    reached = {
+        method: killed(f"{folder}/{method}.sqlite", method, kills, np.random.default_rng(seed))
+        for method in methods.split(",")
+    }
     sys.stdout.write(json.dumps(reached))
 
 

@@ -99,6 +99,7 @@ def test_design_is_the_same_however_it_is_asked_for():
     assert not np.array_equal(other.x, together[0].x)
 
 
+@pytest.mark.slow
 def test_best_under_noise_is_no_lucky_sample():
     """The point that the tuner names has a lower regret than its least sample, on average."""
     function, regrets = forrester(), []
@@ -199,6 +200,7 @@ def test_candidate_of_another_study_is_refused():
         tuner.adopt(broken)
 
 
+@pytest.mark.slow
 def test_failures_are_learned_and_avoided():
     """A third of the space fails, with one of the three minima in it."""
 
@@ -226,6 +228,7 @@ def test_minimum_at_the_edge_of_failure_is_found():
     assert 0.695 < tuner.best().x[0] <= 0.7
 
 
+@pytest.mark.slow
 def test_constraints_are_learned():
     """x + y least on a disc: -sqrt(2) r at (-r, -r) / sqrt(2)."""
 
@@ -239,6 +242,7 @@ def test_constraints_are_learned():
     assert set(tuner.surrogates().limits) == {"constraint 0", "constraint 1"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("acquisition", ACQUISITIONS)
 def test_every_acquisition_keeps_to_constraints(acquisition):
     def function(x):

@@ -291,17 +291,26 @@ METHODS = ("random-walk", *TUNERS)
 KILLS = 50
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork and SIGKILL")
-@pytest.mark.parametrize("method", METHODS)
-def test_killed_study_goes_on_as_if_unbroken(method, tmp_path):
-    path = tmp_path / "study.sqlite"
-    kills = -(-KILLS // len(METHODS))
+@pytest.fixture(scope="module")
+def killed(tmp_path_factory):
+    """Folder with the journals of killed studies, and how far each was at its kills."""
+    if not hasattr(os, "fork"):
+        pytest.skip("needs fork and SIGKILL")
+    folder = tmp_path_factory.mktemp("killed")
     environment = os.environ | {
         "PYTHONPATH": os.pathsep.join([str(SCRIPT.parent), *filter(None, sys.path)])
     }
-    script = [sys.executable, str(SCRIPT), str(path), method, str(kills), "7"]
+    kills = -(-KILLS // len(METHODS))
+    script = [sys.executable, str(SCRIPT), str(folder), ",".join(METHODS), str(kills), "7"]
     done = subprocess.run(script, capture_output=True, text=True, check=True, env=environment)
-    reached = json.loads(done.stdout)
+    return folder, kills, json.loads(done.stdout)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", METHODS)
+def test_killed_study_goes_on_as_if_unbroken(method, killed):
+    folder, kills, every = killed
+    path, reached = folder / f"{method}.sqlite", every[method]
     assert len(reached) == kills
     assert reached == sorted(reached)  # nothing that was written is lost
     assert len(set(reached)) > min(3, kills // 4)

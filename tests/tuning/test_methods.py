@@ -52,6 +52,7 @@ def test_a_study_that_is_taken_up_goes_on_bit_by_bit(name, parallel):
         assert not same(whole, drive(fresh(seed=4), rough, count, parallel=parallel))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BUILT)
 def test_failures_and_constraints_are_ordinary_results(name):
     tuner = make_tuner(name, SPACE, start=[1.1, 0.1, 0.5], evaluations=60, seed=1)
@@ -117,6 +118,7 @@ REACHED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BUILT)
 @pytest.mark.parametrize(("place", "evaluations"), [(0, 60), (1, 120)])
 def test_it_reaches_its_part_of_the_gap(name, place, evaluations):

@@ -118,6 +118,7 @@ def test_radii_of_their_own_are_the_same_as_other_units():
     assert np.array(others) / stretch == pytest.approx(np.array(points), abs=1e-9)
 
 
+@pytest.mark.slow
 @given(factor=st.floats(1e-6, 1e9), seed=st.integers(0, 5))
 def test_units_of_the_cost_do_not_matter(factor, seed):
     function = Quadratic(2, seed)
@@ -139,6 +140,7 @@ MIXED = Space(
 )
 
 
+@pytest.mark.slow
 @given(
     seed=st.integers(0, 10**6),
     unit=st.lists(st.floats(0.0, 1.0), min_size=3, max_size=3),

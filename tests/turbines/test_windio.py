@@ -316,6 +316,7 @@ ODD = st.one_of(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=80, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(path=st.sampled_from(leaves(CONTENT)), value=ODD)
 def test_any_odd_value_is_read_or_refused(tmp_path: Path, path: str, value: Any) -> None:

@@ -9,6 +9,7 @@ from pitchopt.studies.comparison.document import (
 )
 from pitchopt.studies.comparison.measures import LOADS, Cut, RunMeasures
 from pitchopt.studies.comparison.methods import KNOWLEDGE, Knowledge
+from pitchopt.studies.comparison.report import comparison_report
 from pitchopt.studies.comparison.result import Comparison, Entry
 from pitchopt.studies.comparison.settings import METHODS, ComparisonSettings
 from pitchopt.studies.comparison.spent import Spent
@@ -30,6 +31,7 @@ __all__ = [
     "compare",
     "comparison_csv",
     "comparison_document",
+    "comparison_report",
     "controller_files",
     "sentences",
     "verdicts",

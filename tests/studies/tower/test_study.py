@@ -168,6 +168,7 @@ def timeless(value):
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
+@pytest.mark.slow
 def test_study_that_is_taken_up_simulates_nothing(done, turbine, weibull_loads):
     study, sets, *_ = done
     assert study.sets_simulated == sets.simulated == len(set(sets.asked))
@@ -180,6 +181,7 @@ def test_study_that_is_taken_up_simulates_nothing(done, turbine, weibull_loads):
         assert part.codesign_effort.sets == study.results[name].codesign_effort.sets
 
 
+@pytest.mark.slow
 def test_study_that_was_stopped_asks_for_the_rest_alone(done, turbine, weibull_loads):
     """Stopped in the middle of a phase; the two together simulate each set once."""
     _, whole, *_ = done

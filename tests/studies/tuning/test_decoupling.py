@@ -90,6 +90,7 @@ def test_closed_form_on_a_rigid_rotor(order, lag):
     assert found.matrix[0, 0] < 0.0
 
 
+@pytest.mark.slow
 def test_the_offset_decouples_tilt_from_yaw():
     dynamic = rigid(load_turbine("nrel-5mw"), 0.4)
     operation = Operation(dynamic)

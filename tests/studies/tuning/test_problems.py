@@ -229,7 +229,7 @@ def test_a_point_outside_is_refused(gain):
 @pytest.mark.slow
 def test_best_torque_factor_is_near_one_and_lower_in_region_two_alone():
     plant = TuningPlant(turbulence="A")
-    factors = np.arange(0.5, 1.55, 0.1)
+    factors = np.array([0.5, 0.7, 0.8, 0.9, 1.0, 1.1, 1.3, 1.5])
     three = TorqueGain(plant, seeds=(1, 2, 3))
     alone = TorqueGain(plant, wind_speeds=(8.0,), seeds=(1, 2, 3))
     best = factors[np.argmin([three([k]).cost for k in factors])]

@@ -23,6 +23,7 @@ from pitchopt.studies.tuning import (
 COARSE = {"duration": 60.0, "skip": 10.0, "box_points": 5, "box_interval": 0.25, "workers": 1}
 
 
+@pytest.mark.slow
 def test_names_have_tasks():
     for name in PROBLEMS:
         assert make_task(name, **COARSE).name == name
