@@ -339,18 +339,11 @@ def _read(app: Any, name: str, source: list[str]) -> None:
         )
 
 
-def _signature(*given: Any) -> tuple[str | None, ...]:
-    """Signatures with type aliases by their names alone, as modules write them."""
-    signature, returned = given[-2:]
-    return tuple(
-        text if text is None else re.sub(r"TypeAliasForwardRef\('([\w.]+)'\)", r"\1", text)
-        for text in (signature, returned)
-    )
-
-
 def setup(app: Any) -> dict[str, Any]:
     """Write the pages before Sphinx looks for them; turn links of committed ones when read."""
     app.connect("builder-inited", _before)
     app.connect("source-read", _read)
-    app.connect("autodoc-process-signature", _signature)
+    # signatures have type aliases by their names alone, as the modules write them
+    aliases = importlib.import_module("sphinx.util.inspect").TypeAliasForwardRef
+    aliases.__repr__ = lambda self: self.name
     return {"parallel_read_safe": True, "parallel_write_safe": True}
