@@ -117,7 +117,7 @@ def plot_changes(
         )
     ax.axhline(0.0, color=BLACK, linewidth=0.8)
     ax.set_xticks(range(len(loads)), [_LABELS[load] for load in loads])
-    ax.set_ylim(*_reach(records, kind))
+    ax.set_ylim(*_reach([one for r in records for one in r[f"{kind}_cut"].values()]))
     name = "equivalent load" if kind == "del" else "RMS"
     ax.set_ylabel(f"change of {name} [%]")
     light_grid(ax)
@@ -146,6 +146,7 @@ def plot_over_intensity(
     ax = axes_or_new(ax)
     level = {one["wind"]: one["intensity"] for one in document["winds"]}
     wanted = document["knowledge"] if methods is None else methods
+    drawn = []
     for method in wanted:
         rows = [
             one
@@ -155,6 +156,7 @@ def plot_over_intensity(
         if not rows:
             continue
         found = [one["del_cut"][load] for one in rows]
+        drawn += found
         ax.errorbar(
             [100.0 * level[one["wind"]] for one in rows],
             [-100.0 * one["mean"] for one in found],
@@ -167,6 +169,7 @@ def plot_over_intensity(
             label=method,
         )
     ax.axhline(0.0, color=BLACK, linewidth=0.8)
+    ax.set_ylim(*_reach(drawn))
     ax.set_xlabel("turbulence intensity [%]")
     ax.set_ylabel("change of equivalent load [%]")
     ax.set_title(_LABELS[load], loc="left", fontsize="medium")
@@ -244,9 +247,8 @@ def method_figures(
     return figures
 
 
-def _reach(records: Sequence[Mapping[str, Any]], kind: str) -> tuple[float, float]:
+def _reach(found: Sequence[Mapping[str, Any]]) -> tuple[float, float]:
     """Range of the changes [%]; long confidence intervals leave the picture."""
-    found = [one for record in records for one in record[f"{kind}_cut"].values()]
     means = [-100.0 * one["mean"] for one in found] or [0.0]
     least, most = min(0.0, *means), max(0.0, *means)
     room = 0.5 * (most - least) or 1.0

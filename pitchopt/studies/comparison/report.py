@@ -60,14 +60,12 @@ def comparison_report(
     title = f"Pitch control compared: {document['case']}, {document['wind_speed']:g} m/s"
     body = [
         html_paragraph(
-            f"Turbine {document['turbine']} at {document['rotor_speed_rpm']:.2f} rpm, free "
-            f"rotor under "
-            f"its baseline controller, bending blades and tower, pitch actuators with a lag of "
-            f"{settings['pitch_lag']:g} s. Each run counts {settings['duration']:g} s after "
-            f"{settings['skip']:g} s of start-up. Tuners had {settings['evaluations']} "
-            f"evaluations each "
-            f"and in turbulence {settings['tuning_seeds']} seeds; their cost is the fatigue of the "
-            "blade roots out of plane."
+            f"Turbine {document['turbine']} at {document['rotor_speed_rpm']:.2f} rpm, free rotor "
+            "under its baseline controller, bending blades and tower, pitch actuators with a lag "
+            f"of {settings['pitch_lag']:g} s. Each run counts {settings['duration']:g} s after "
+            f"{settings['skip']:g} s of start-up. Tuners had at most {settings['evaluations']} "
+            f"evaluations each (seeds in turbulence: {settings['tuning_seeds']}); their cost is "
+            "the fatigue of the blade roots out of plane."
         )
     ]
     for method in PLANNED:
@@ -79,9 +77,9 @@ def comparison_report(
             ]
     body.append(
         html_paragraph(
-            "A load counts as paid where the 95 % confidence interval of its cut lies above "
-            f"{100 * document['verdict']['worth']:g} %. Changes are those of damage-equivalent "
-            f"loads."
+            "It pays where the 95 % confidence interval of the cut of a damage-equivalent load "
+            f"lies above {100 * document['verdict']['worth']:g} %, and is lost in the scatter where the "
+            "interval is too wide to tell."
         )
     )
     for name, figure in figures.items():

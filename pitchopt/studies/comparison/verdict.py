@@ -1,9 +1,10 @@
 """Verdict: where a profile that is planned for a steady wind stops paying in turbulence.
 
-A method pays in a load where the lower end of the cut's confidence interval is above one per
-cent, it costs where the upper end is below minus one per cent, and in between there is no effect
-worth the travel of the pitch.  It stops paying at the first wind, in the order of intensity, in
-which it no longer pays in a load that it paid in before.
+A method pays in a load where the confidence interval of the cut lies above one per cent, it costs
+where that lies below minus one per cent, and it does nothing where it lies between the two.  Any
+other interval is too wide to tell.  It stops paying at the first wind, in the order of intensity,
+in which it no longer pays in a load that it paid in before: it does nothing there, costs, or is
+lost in the scatter of the seeds.
 """
 
 from __future__ import annotations
@@ -27,6 +28,9 @@ _WORDS = {
 }
 
 
+_STOPS = {"costs": "costs", "nothing": "stops paying", "unclear": "lost in the scatter"}
+
+
 @dataclass(frozen=True, kw_only=True)
 class LoadVerdict:
     """What a method does to one damage-equivalent load from wind to wind.
@@ -37,7 +41,7 @@ class LoadVerdict:
     cuts : dict of str to Cut
         By wind, in the order of intensity.
     effects : dict of str to str
-        ``pays``, ``costs`` or ``nothing``, by wind.
+        ``pays``, ``costs``, ``nothing`` or ``unclear``, by wind.
     stops_at : str or None
         First wind in which it no longer pays after one in which it did.
     """
@@ -49,12 +53,14 @@ class LoadVerdict:
 
 
 def effect(cut: Cut) -> str:
-    """``pays``, ``costs`` or ``nothing``; see the module."""
+    """``pays``, ``costs``, ``nothing`` or ``unclear``; see the module."""
     if cut.least > WORTH:
         return "pays"
     if cut.most < -WORTH:
         return "costs"
-    return "nothing"
+    if cut.least >= -WORTH and cut.most <= WORTH:
+        return "nothing"
+    return "unclear" if cut.half_width is not None else "nothing"
 
 
 def wind_name(wind: str) -> str:
@@ -105,9 +111,7 @@ def _change(cut: Cut) -> str:
 def _ending(verdict: LoadVerdict) -> str:
     words = set(verdict.effects.values())
     if verdict.stops_at is not None:
-        again = verdict.effects[verdict.stops_at]
-        what = "costs" if again == "costs" else "stops paying"
-        return f"{what} at {wind_name(verdict.stops_at)}"
+        return f"{_STOPS[verdict.effects[verdict.stops_at]]} at {wind_name(verdict.stops_at)}"
     if words == {"pays"}:
         return "pays everywhere"
     if "pays" not in words:

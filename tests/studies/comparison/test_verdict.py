@@ -41,11 +41,13 @@ def _comparison(shares: dict[str, list[float]]) -> Comparison:
     [
         (0.5, None, "pays"),
         (0.03, 0.019, "pays"),
-        (0.03, 0.021, "nothing"),
+        (0.03, 0.021, "unclear"),
+        (0.5 * WORTH, 0.4 * WORTH, "nothing"),
         (0.5 * WORTH, None, "nothing"),
         (-0.03, 0.019, "costs"),
-        (-0.03, 0.021, "nothing"),
-        (0.0, 0.5, "nothing"),
+        (-0.03, 0.021, "unclear"),
+        (-0.5 * WORTH, 0.4 * WORTH, "nothing"),
+        (0.0, 0.5, "unclear"),
     ],
 )
 def test_effects(mean, half_width, word):
@@ -53,7 +55,7 @@ def test_effects(mean, half_width, word):
 
 
 def test_it_stops_paying_at_the_first_wind_that_does_not_pay_after_one_that_did():
-    found = verdicts(_comparison({"B": [1.0, 1.01], "none": [0.3], "0.05": [0.8, 0.81]}))
+    found = verdicts(_comparison({"B": [1.0, 1.001], "none": [0.3], "0.05": [0.8, 0.81]}))
     for one in found:
         assert list(one.cuts) == ["none", "0.05", "B"]
         assert list(one.effects.values()) == ["pays", "pays", "nothing"]
@@ -79,6 +81,11 @@ def test_sentences_say_it():
 )
 def test_endings(shares, ending):
     assert sentences(_comparison(shares))[0].endswith(f": {ending}")
+
+
+def test_too_few_seeds_tell_nothing():
+    lines = sentences(_comparison({"none": [0.3], "C": [0.9, 1.0]}))
+    assert lines[0].endswith("lost in the scatter at class C")
 
 
 def test_names_of_winds():
