@@ -35,6 +35,8 @@ exclude_patterns += ["sg_execution_times.rst"]  # reads scripts from the network
 exclude_patterns += ["generated/notebook-list.md"]  # included by notebooks.md
 suppress_warnings = ["config.cache"]  # the scraper below is an object, which is never pickled
 
+highlight_language = "text"  # of blocks that name none
+
 # Markdown
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3

@@ -343,4 +343,7 @@ def setup(app: Any) -> dict[str, Any]:
     """Write the pages before Sphinx looks for them; turn links of committed ones when read."""
     app.connect("builder-inited", _before)
     app.connect("source-read", _read)
+    # signatures have type aliases by their names alone, as the modules write them
+    aliases = importlib.import_module("sphinx.util.inspect").TypeAliasForwardRef
+    aliases.__repr__ = lambda self: self.name
     return {"parallel_read_safe": True, "parallel_write_safe": True}
