@@ -56,13 +56,14 @@ Methods, all added to the turbine's baseline controller:
   collective        nothing added; what the others are judged by
   feed-forward      convex profile for the steady wind, with lead for the actuators
   learned           profile learned from hub loads alone, in the wind itself
-  ipc-grid          individual pitch at 1P and 2P, gains and offsets on a grid
+  ipc-handbook      individual pitch at 1P and 2P, by the handbook's rules
+  ipc-grid          its gains and offsets tuned on a grid (81 points and the handbook's)
   ipc-zoo           the same by the zeroth-order tuner
   ipc-bayes         the same by the Bayesian tuner
   feed-forward+ipc  the profile from 2P on, and individual pitch tuned on top of it
 
 \b
-Every method has the same turbine, actuators and winds. Tuners have the same seeds,
+Every method has the same turbine, actuators and winds. Tuners have the same start, seeds,
 evaluations and cost, the fatigue of the blade roots out of plane. All are judged in
 seeds that none has met. Changes are those of the collective controller's loads seed by
 seed, with the 95 % confidence interval of their mean.
@@ -71,7 +72,8 @@ seed, with the 95 % confidence interval of their mean.
 Files: comparison.json, comparison.csv, changes.png, intensity.png, turns.png, a folder
 controllers with files for pitchopt simulate --controller, and with --report a page that
 needs no network.
-Given again with the same --out, tuning goes on where it was stopped.
+The same command with the same --out goes on where tuning was stopped; other settings
+need another --out.
 
 \b
 See also: pitchopt tune, pitchopt learn, pitchopt design, pitchopt simulate."""
@@ -107,7 +109,7 @@ def _options(function: Any) -> Any:
         ),
         click.option(
             "--skip", type=Option("s", between(0, 1e5, "s")), metavar="S",
-            help="Start-up before that, left out.  [default: 60]",
+            help="Start-up before that, left out; in steady wind ten times as long.  [default: 60]",
         ),
     )(function)  # fmt: skip
     return section(
@@ -132,7 +134,7 @@ def _options(function: Any) -> Any:
         ),
         click.option(
             "--evaluations", type=Option("n", whole(2, 1_000_000)), metavar="N",
-            help="Of each tuner, at most.  [default: 81]",
+            help="Of each tuner, at most.  [default: 82]",
         ),
         click.option(
             "--rotations", type=Option("n", whole(1, 100_000)), metavar="N",
@@ -213,7 +215,8 @@ def command(**options: Any) -> int:
     )
     if page is not None and not as_json:
         click.echo(f"report: {page}")
-    return 0
+    asked = [entry for entry in result.entries if entry.method != "collective"]
+    return 1 if asked and not any(entry.runs for entry in asked) else 0
 
 
 def _settings(options: dict[str, Any]) -> ComparisonSettings:

@@ -12,9 +12,11 @@ from pitchopt.studies.comparison.document import PLANNED
 from pitchopt.studies.comparison.tables import (
     change_rows,
     effort_rows,
+    few_seeds,
     knowledge_rows,
     load_rows,
     point_rows,
+    promise,
     wind_title,
 )
 
@@ -54,12 +56,23 @@ def print_comparison(document: Mapping[str, Any]) -> None:
     for row in rows:
         click.echo(row[0])
         for head, text in zip(heads[1:], row[1:], strict=True):
-            click.echo(f"  {head:<16}  {text}")
+            click.echo(f"  {head:<17}  {text}")
     click.echo("")
     for method in PLANNED:
         found = document["verdict"].get(method)
-        if found is not None:
+        if found is not None and found["sentences"]:
             click.echo(f"Where the {method} profile pays (damage-equivalent loads)")
             for line in found["sentences"]:
                 click.echo(f"  {line}")
             click.echo("")
+    added = document["verdict"]["added_to_individual_pitch"]
+    if added:
+        click.echo("What the profile adds to individual pitch (feed-forward+ipc against ipc-bayes)")
+        for line in added:
+            click.echo(f"  {line}")
+        click.echo("")
+    if promise(document):
+        click.echo(promise(document))
+    if few_seeds(document):
+        click.echo(few_seeds(document))
+    click.echo("")

@@ -37,8 +37,8 @@ METHODS = (
 )
 
 COMPARED = (
-    *("collective", "feed-forward", "learned", "ipc-grid", "ipc-zoo", "ipc-bayes"),
-    "feed-forward+ipc",
+    *("collective", "feed-forward", "learned", "ipc-handbook", "ipc-grid", "ipc-zoo"),
+    *("ipc-bayes", "feed-forward+ipc"),
 )
 
 _CATALOGUE = Path(__file__).parents[1] / "turbines" / "data"

@@ -42,6 +42,7 @@ _COLOURS = {
     "collective": BLACK,
     "feed-forward": BLUE,
     "learned": GREEN,
+    "ipc-handbook": SKY,
     "ipc-grid": GREY,
     "ipc-zoo": ORANGE,
     "ipc-bayes": VERMILION,
@@ -50,6 +51,7 @@ _COLOURS = {
 _MARKERS = {
     "feed-forward": "o",
     "learned": "s",
+    "ipc-handbook": "X",
     "ipc-grid": "v",
     "ipc-zoo": "^",
     "ipc-bayes": "D",
@@ -111,7 +113,7 @@ def plot_changes(
             [-100.0 * one["mean"] for one in found],
             width,
             yerr=spread if any(spread) else None,
-            color=_COLOURS.get(record["method"], SKY),
+            color=_COLOURS.get(record["method"], BLACK),
             error_kw={"elinewidth": 0.8},
             label=record["method"],
         )
@@ -161,7 +163,7 @@ def plot_over_intensity(
             [100.0 * level[one["wind"]] for one in rows],
             [-100.0 * one["mean"] for one in found],
             yerr=[100.0 * (one["half_width"] or 0.0) for one in found],
-            color=_COLOURS.get(method, SKY),
+            color=_COLOURS.get(method, BLACK),
             marker=_MARKERS.get(method, "o"),
             markersize=4,
             linewidth=1.2,
@@ -192,7 +194,7 @@ def plot_excerpts(
     ax = axes_or_new(ax)
     for method, series in excerpts.items():
         values = np.rad2deg(series.pitch) if quantity == "pitch" else 1e-3 * series.moment
-        ax.plot(series.time, values, color=_COLOURS.get(method, SKY), linewidth=1.2, label=method)
+        ax.plot(series.time, values, color=_COLOURS.get(method, BLACK), linewidth=1.2, label=method)
     ax.set_xlabel("time [s]")
     ax.set_ylabel(
         "pitch less the mean of the blades [deg]"

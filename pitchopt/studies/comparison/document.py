@@ -14,7 +14,7 @@ from pitchopt.exports.records import records_csv
 from pitchopt.studies.comparison.measures import LOADS
 from pitchopt.studies.comparison.methods import KNOWLEDGE, Prepared
 from pitchopt.studies.comparison.result import Comparison, Entry
-from pitchopt.studies.comparison.verdict import WORTH, sentences, verdicts
+from pitchopt.studies.comparison.verdict import WORTH, added, sentences, verdicts
 
 __all__ = ["comparison_csv", "comparison_document", "controller_files"]
 
@@ -46,6 +46,7 @@ def comparison_document(result: Comparison) -> dict[str, Any]:
         "entries": [_record(result, entry) for entry in result.entries],
         "verdict": {
             "worth": WORTH,
+            "added_to_individual_pitch": added(result),
             **{
                 method: {
                     "sentences": sentences(result, method),
@@ -78,6 +79,7 @@ def _record(result: Comparison, entry: Entry) -> dict[str, Any]:
         if prepared.profile is not None:
             profile = prepared.profile
             record["profile"] = {
+                "wake": profile.wake,
                 "harmonics": int(profile.feedforward.cosine.size),
                 "predicted_cut": profile.predicted,
                 "azimuth_deg": np.rad2deg(profile.azimuth),

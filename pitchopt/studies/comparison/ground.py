@@ -17,8 +17,8 @@ import numpy as np
 from pitchopt.cases import Case
 from pitchopt.control import TurbineController
 from pitchopt.errors import InputError
-from pitchopt.sim import Operation
-from pitchopt.studies.comparison.settings import ComparisonSettings
+from pitchopt.sim import Operation, Start
+from pitchopt.studies.comparison.settings import STEADY, ComparisonSettings
 from pitchopt.studies.learning import TurbineSettings
 from pitchopt.studies.learning.turbine_setup import TurbineSetup, structural_turbine
 from pitchopt.studies.tuning import FIRST_FRESH, PlantRun, TuningPlant
@@ -73,7 +73,7 @@ class Ground:
             ),
             turbulence="none",
             duration=settings.duration,
-            skip=settings.skip,
+            skip=STEADY * settings.skip,
             pitch_lag=settings.pitch_lag,
             shear=case.wind.shear_exponent if case.wind.shear == "power" else 0.0,
             tower_shadow=case.wind.tower_shadow,
@@ -89,9 +89,23 @@ class Ground:
         return self._first.operation
 
     @cached_property
+    def start(self) -> Start:
+        """Steady operation at the mean wind speed."""
+        return self.operation.start(self.wind_speed)
+
+    @property
     def rotor_speed(self) -> float:
         """Of steady operation at the mean wind speed [rad/s]."""
-        return self.operation.start(self.wind_speed).rotor_speed
+        return self.start.rotor_speed
+
+    @property
+    def rate(self) -> float:
+        """Largest rate of pitch commands: the controller's, or the actuators' if less [rad/s]."""
+        return min(self.base.pitch_range.rate, self.case.pitch_limits.pitch_rate)
+
+    def run_length(self, wind: str) -> float:
+        """Of a simulation in a wind, start-up included [s]."""
+        return self.plant(wind).settings.length
 
     @cached_property
     def case(self) -> Case:
@@ -112,7 +126,8 @@ class Ground:
         """Plant in a wind; its boxes are in memory until that of another wind is asked for."""
         if self._plant is None or self._plant[0] != wind:
             self.operation  # noqa: B018  (made once, and shared by all plants)
-            self._plant = wind, self._first.in_turbulence(wind)
+            skip = (STEADY if wind == "none" else 1.0) * self.settings.skip
+            self._plant = wind, self._first.in_turbulence(wind, skip=skip)
         return self._plant[1]
 
     def tuning_seeds(self, wind: str) -> tuple[int, ...]:
@@ -141,6 +156,11 @@ class Ground:
 
 def _check(case: Case) -> None:
     wind = case.wind
+    if not case.pitch_limits.pitch_rate:
+        raise InputError(
+            "limits.pitch_rate_deg: got 0, expected a rate above 0: there is nothing to compare "
+            "without moving blades"
+        )
     if case.operation.rotor_speed is not None:
         raise InputError(
             f"operation.rotor_speed_rpm: got {case.operation.rotor_speed * 30.0 / np.pi:g}, "

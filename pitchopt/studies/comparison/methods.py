@@ -5,14 +5,15 @@ All of them are the turbine's baseline controller with something added to the bl
     collective         nothing
     feed-forward       the convex design for the steady wind, the same in every wind
     learned            a profile that `ilc` learned in the wind itself
-    ipc-grid           individual pitch at 1P and 2P; two gains and two offsets on a grid
+    ipc-handbook       individual pitch at 1P and 2P, by the handbook's rules alone
+    ipc-grid           its two gains and two offsets on a grid
     ipc-zoo            the same numbers by the zeroth-order tuner
     ipc-bayes          the same by the Bayesian tuner
     feed-forward+ipc   the design from 2P on, and individual pitch tuned on top of it (Bayesian)
 
 Individual pitch integrates the 1P part of the blades' loads away whatever a profile does there, so
 the last leaves 1P to it.  Every tuner has the same space, seeds, cost (fatigue of the blade roots
-out of plane) and number of evaluations.
+out of plane) and number of evaluations, and begins with the handbook's design.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ import numpy as np
 
 from pitchopt.checks import FloatArray
 from pitchopt.control import PitchProfile, TurbineController
+from pitchopt.errors import InputError
 from pitchopt.studies.comparison.ground import Ground
 from pitchopt.studies.comparison.profiles import PlayedProfile, designed_profile, learned_profile
 from pitchopt.studies.comparison.spent import Spent
@@ -38,6 +40,7 @@ from pitchopt.studies.tuning.tune import tune
 
 __all__ = ["KNOWLEDGE", "Knowledge", "Methods", "Prepared"]
 
+_FLAT = 1e-6  # [rad]
 _ABOVE = 2  # lowest harmonic of the design beside individual pitch
 
 
@@ -58,37 +61,41 @@ class Knowledge:
     running: str
 
 
-_IPC_LOADS = "fatigue of blade roots in every evaluation"
+_IPC_LOADS = "fatigue of the blade roots, in every evaluation"
 _IPC_RUNNING = "azimuth, root moments of all blades"
-_RANGE = "moment by pitch, for the largest gain"
+_RULES = "moment by pitch (gain), lag of the actuators (offset)"
+_TUNED = Knowledge(
+    model=f"to start and for the range of gains: {_RULES}",
+    wind="mean speed",
+    loads=_IPC_LOADS,
+    running=_IPC_RUNNING,
+)
+_DESIGN = ("geometry, polars, actuators", "mean speed, shear, tower shadow")
 KNOWLEDGE = {
     "collective": Knowledge(
         model="baseline controller's", wind="nothing", loads="nothing", running="rotor speed"
     ),
     "feed-forward": Knowledge(
-        model="geometry, polars, actuators",
-        wind="mean speed, shear, tower shadow",
+        model=f"{_DESIGN[0]}; the moving turbine, to choose the wake",
+        wind=_DESIGN[1],
         loads="nothing",
         running="azimuth",
     ),
     "learned": Knowledge(
         model="range and rate of the actuators",
         wind="nothing",
-        loads="torque, tilt, yaw, thrust at the hub over azimuth; lag and mean torque in steady "
-        "wind",
+        loads="torque, tilt, yaw, thrust at the hub over azimuth; in steady wind lag, mean torque",
         running="azimuth",
     ),
-    "ipc-grid": Knowledge(model=_RANGE, wind="nothing", loads=_IPC_LOADS, running=_IPC_RUNNING),
-    "ipc-zoo": Knowledge(
-        model=f"{_RANGE}; handbook's design to start from",
-        wind="nothing",
-        loads=_IPC_LOADS,
-        running=_IPC_RUNNING,
+    "ipc-handbook": Knowledge(
+        model=_RULES, wind="mean speed", loads="nothing", running=_IPC_RUNNING
     ),
-    "ipc-bayes": Knowledge(model=_RANGE, wind="nothing", loads=_IPC_LOADS, running=_IPC_RUNNING),
+    "ipc-grid": _TUNED,
+    "ipc-zoo": _TUNED,
+    "ipc-bayes": _TUNED,
     "feed-forward+ipc": Knowledge(
-        model="geometry, polars, actuators",
-        wind="mean speed, shear, tower shadow",
+        model=f"{_DESIGN[0]}; {_TUNED.model}",
+        wind=_DESIGN[1],
         loads=_IPC_LOADS,
         running=_IPC_RUNNING,
     ),
@@ -156,6 +163,8 @@ class Methods:
             return self._played(self.design)
         if method == "learned":
             return self._played(learned_profile(ground, wind))
+        if method == "ipc-handbook":
+            return self._handbook(wind)
         if method == "feed-forward+ipc":
             return self._tuned("bayes", wind, self._upper, self.design)
         return self._tuned(method.removeprefix("ipc-"), wind, ground.base, None)
@@ -163,12 +172,17 @@ class Methods:
     @cached_property
     def design(self) -> PlayedProfile:
         """The convex design, made once."""
-        return designed_profile(self.ground)
+        return designed_profile(self.ground, self._told)
 
     @cached_property
     def _upper(self) -> TurbineController:
         """Baseline with the design from 2P on."""
         whole = self.design.feedforward
+        if whole.cosine.size < _ABOVE or np.abs(self.design.deviation).max() < _FLAT:
+            raise InputError(
+                f"harmonics: the design has {whole.cosine.size}, expected two or more beside "
+                "individual pitch, which has the first"
+            )
         keep = np.arange(1, whole.cosine.size + 1) >= _ABOVE
         part = PitchProfile(
             cosine=np.where(keep, whole.cosine, 0.0),
@@ -185,23 +199,38 @@ class Methods:
             profile=profile,
         )
 
-    def _tuned(
-        self, tuner: str, wind: str, base: TurbineController, profile: PlayedProfile | None
-    ) -> Prepared:
-        ground, settings = self.ground, self.ground.settings
-        began = time.perf_counter()
-        problem = IndividualPitchGains(
+    def _problem(self, wind: str, base: TurbineController) -> IndividualPitchGains:
+        ground = self.ground
+        return IndividualPitchGains(
             ground.plant(wind),
             wind_speeds=(ground.wind_speed,),
             seeds=ground.tuning_seeds(wind),
             base=base,
         )
+
+    def _handbook(self, wind: str) -> Prepared:
+        """Individual pitch as tuners begin with it, and its cost in their seeds."""
+        problem = self._problem(wind, self.ground.base)
+        return Prepared(
+            controller=problem.controller(problem.handbook),
+            point=dict(zip(problem.space.names, map(float, problem.handbook), strict=True)),
+            tuning_cost=problem(problem.handbook).cost,
+            start_cost=problem.reference.cost,
+        )
+
+    def _tuned(
+        self, tuner: str, wind: str, base: TurbineController, profile: PlayedProfile | None
+    ) -> Prepared:
+        ground, settings = self.ground, self.ground.settings
+        began = time.perf_counter()
+        problem = self._problem(wind, base)
         name = f"{'ipc' if profile is None else 'feed-forward-ipc'}-{tuner}"
         if self._journals is not None:
             self._journals.mkdir(parents=True, exist_ok=True)
         found = tune(
             problem,
             tuner,
+            start=problem.handbook,
             evaluations=settings.evaluations,
             seed=settings.seed,
             journal=(
@@ -212,8 +241,7 @@ class Methods:
             progress=False if self._told is None else self._told,
         )
         best: FloatArray = found.best.x
-        run = settings.duration + settings.skip
-        time_spent = found.simulations * run
+        time_spent = found.simulations * ground.run_length(wind)
         spent = Spent(
             evaluations=len(found.result.evaluations),
             simulations=found.simulations,

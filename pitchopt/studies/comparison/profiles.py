@@ -1,15 +1,20 @@
 """Profiles of the comparison, designed on the model or learned from loads, as they are played.
 
-Designed.  Least weighted RMS at the mean torque of steady operation, on the static rotor in the
-steady wind, every limit and cap of the case kept.  It is played as it is: wind and pitch load the
-same blades, whose structure answers both alike, so that what cancels before the structure cancels
-behind it.  The actuators' lag is taken out harmonic by harmonic (`pitchopt.control.PitchProfile`).
-That makes commands
+Designed.  Least weighted RMS on the static rotor in the steady wind, at the mean torque that the
+same model has with the constant pitch of steady operation, every limit and cap of the case kept.
+A wake that lags is neither frozen nor in balance at every azimuth, so both are designed for, each
+is played on the model of the turbine in the steady wind, and the one that leaves less weighted RMS
+there is kept; a case without induction has one design.
+
+It is played without lead for the structure: wind and pitch load the same blades, whose structure
+answers both alike, so that tilt, yaw and thrust that cancel before it cancel behind it.  (Torque
+does not: the rotor's inertia takes up its variation already.)  The actuators' lag is taken out
+harmonic by harmonic (`pitchopt.control.PitchProfile`).  That makes commands
 
     c(psi) = beta + tau d beta/dt
 
-which follow the corners of a profile faster than actuators may: so many harmonics are kept, from
-the first on, as leave the rate of the commands within the actuators'.
+which follow the corners of a profile faster than the controller lets commands move: so many
+harmonics are kept, from the first on, as leave them within that rate.
 
 Learned.  `ilc` on the turbine, from torque, tilt, yaw and thrust at the hub.  What it learns are
 commands, so nothing is to be taken out; its plant plays a profile half a station late, and so does
@@ -22,28 +27,34 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 import ilc
+from pitchopt.aero.curves import LOADS, RotorLoads
 from pitchopt.checks import FloatArray
 from pitchopt.control import PitchProfile
 from pitchopt.design import compared
-from pitchopt.design.results import Compared
-from pitchopt.errors import InputError
+from pitchopt.errors import ComputationError, InputError, PitchoptError
+from pitchopt.sim import statistics
 from pitchopt.studies.comparison.ground import Ground
 from pitchopt.studies.comparison.spent import Spent
 from pitchopt.studies.learning import LearningSettings
 from pitchopt.studies.learning.learners import check_learnable, learner_of
 from pitchopt.studies.learning.turbine_study import turned_profile
+from pitchopt.studies.simulation.controllers import with_feedforward
+from pitchopt.studies.tuning.plant import failure_of
+
+Progress = Callable[[int, int, str], None]
 
 __all__ = ["PlayedProfile", "designed_profile", "learned_profile"]
 
 _AMPLITUDE = math.radians(1.5)  # of the learner's experiment in turbulence
 _HARMONICS = 3  # of profiles learned there
-_WARM_UP = 40  # rotations in steady wind, after which the mean torque is taken
 _LAG_ROTATIONS = 72  # warm-up and both cyclic pitches of the measurement of the lag
+_WEIGHED = ("RotTorq", "LSSTipMys", "LSSTipMzs", "RotThrust")  # in the order of weights
 _FINE = 8  # points of a command between two stations
 _TUNING_SEED = 1
 
@@ -55,59 +66,108 @@ class PlayedProfile:
     Attributes
     ----------
     azimuth, deviation : ndarray (N,)
-        Pitch of a blade less its mean as it shall move (designed), or as it is told (learned)
-        [rad].
+        Pitch of a blade less its mean, as it shall move with the harmonics that are kept
+        (designed), or as it is told (learned) [rad].
     feedforward : PitchProfile
         As the controller plays it.
+    wake : str
+        Of the static model that it was designed on; empty if learned.
     predicted : dict of str to float
-        Share of the constant pitch's RMS that the static model cuts, by load; empty if learned.
+        Share of the constant pitch's RMS that this model cuts with `deviation`, judged between the
+        stations, by load; empty if learned.
     spent : Spent
     """
 
     azimuth: FloatArray
     deviation: FloatArray
     feedforward: PitchProfile
+    wake: str
     predicted: dict[str, float]
     spent: Spent
 
 
-def designed_profile(ground: Ground) -> PlayedProfile:
+def designed_profile(ground: Ground, progress: Progress | None = None) -> PlayedProfile:
     """The convex design for the steady wind.
 
     Raises
     ------
-    InfeasibleError
-        If no profile has the mean torque of steady operation.
-    InputError
-        If the design did not end well.
+    ComputationError
+        If no design ended well.
     """
     began = time.perf_counter()
-    settings = ground.settings
-    setup = ground.setup("none", lag=settings.pitch_lag)
-    found = compared(
-        ground.case.task(), mean_torque=setup.mean_torque, certify=False, seed=settings.seed
-    )
-    design = found.design
-    if not design.status.ok:
-        raise InputError(f"design: {design.status.value}: {design.message}")
-    deviation = np.asarray(design.profile - design.profile.mean())
-    return PlayedProfile(
-        azimuth=design.azimuth,
-        deviation=deviation,
-        feedforward=_within_rate(ground, deviation),
-        predicted=_predicted(found),
+    wakes = ("none",) if ground.case.aero.induction == "none" else ("equilibrium", "frozen")
+    found: list[tuple[float, PlayedProfile]] = []
+    failures = []
+    for place, wake in enumerate(wakes):
+
+        def part(done: int, total: int, label: str, place: int = place) -> None:
+            if progress is not None:
+                progress(place * total + done, len(wakes) * total, label)
+
+        try:
+            profile = _designed(ground, wake, part)
+            found.append((_left(ground, profile), profile))
+        except PitchoptError as error:
+            failures.append(f"{wake} wake: {error}")
+    if not found:
+        raise ComputationError("; ".join(failures))
+    best = min(found, key=lambda one: one[0])[1]
+    run = ground.run_length("none")
+    return replace(
+        best,
         spent=Spent(
             seconds=time.perf_counter() - began,
-            rotations=float(_WARM_UP),
-            turbine_time=_WARM_UP * 2.0 * math.pi / ground.rotor_speed,
+            simulations=len(found),
+            rotations=len(found) * run * ground.rotor_speed / (2.0 * math.pi),
+            turbine_time=len(found) * run,
         ),
     )
 
 
+def _designed(ground: Ground, wake: str, progress: Progress) -> PlayedProfile:
+    """The design with one kind of wake."""
+    task = ground.case.with_values({"aero.induction": wake}).task()
+    constant = task.constant_loads(ground.start.pitch)
+    design = compared(
+        task,
+        mean_torque=float(constant.mean[0]),
+        certify=False,
+        seed=ground.settings.seed,
+        progress=progress,
+    ).design
+    if not design.status.ok:
+        raise ComputationError(f"design: {design.status.value}: {design.message}")
+    mean = float(design.profile.mean())
+    deviation = np.asarray(design.profile - mean)
+    feedforward = _within_rate(ground, deviation)
+    kept = PitchProfile.from_samples(deviation, harmonics=feedforward.cosine.size)
+    played = kept.deviation(design.azimuth)
+    loads = [task.between(mean + one, design.mean_pitch) for one in (np.zeros(played.size), played)]
+    return PlayedProfile(
+        azimuth=design.azimuth,
+        deviation=played,
+        feedforward=feedforward,
+        wake=wake,
+        predicted=_cuts(*loads),
+        spent=Spent(),
+    )
+
+
+def _left(ground: Ground, profile: PlayedProfile) -> float:
+    """Weighted RMS on the model of the turbine in the steady wind [N m]."""
+    controller = with_feedforward(ground.base, profile.feedforward, ground.operation)
+    runs = ground.judge(controller, "none")
+    failure = failure_of(runs)
+    if failure is not None:
+        raise ComputationError(failure)
+    found = statistics(runs[0].simulation, skip=runs[0].skip, names=_WEIGHED)
+    rms = np.array([found[name].std for name in _WEIGHED])
+    return float(ground.case.weights.array[:4] @ rms)
+
+
 def _within_rate(ground: Ground, deviation: FloatArray) -> PitchProfile:
     """The profile with as many harmonics as the rate of the commands allows."""
-    lag, omega = ground.settings.pitch_lag, ground.rotor_speed
-    limit = ground.case.pitch_limits.pitch_rate
+    lag, omega, limit = ground.settings.pitch_lag, ground.rotor_speed, ground.rate
     psi = 2.0 * np.pi * np.arange(_FINE * deviation.size) / (_FINE * deviation.size)
     for count in range(deviation.size // 2, 0, -1):
         profile = PitchProfile.from_samples(deviation, harmonics=count, time_constant=lag)
@@ -177,6 +237,7 @@ def learned_profile(ground: Ground, wind: str) -> PlayedProfile:
         azimuth=2.0 * np.pi * np.arange(stations) / stations,
         deviation=deviation,
         feedforward=PitchProfile.from_samples(turned),
+        wake="",
         predicted={},
         spent=Spent(
             seconds=time.perf_counter() - began,
@@ -187,6 +248,12 @@ def learned_profile(ground: Ground, wind: str) -> PlayedProfile:
     )
 
 
-def _predicted(found: Compared) -> dict[str, float]:
-    constant, design = found.constant.rms, found.design.rms
-    return {name: 1.0 - design[name] / value for name, value in constant.items() if value > 0.0}
+def _cuts(constant: RotorLoads | None, played: RotorLoads | None) -> dict[str, float]:
+    """Shares of the constant pitch's RMS, by load."""
+    if constant is None or played is None:
+        return {}
+    return {
+        name: float(1.0 - mine / other)
+        for name, mine, other in zip(LOADS, played.rms, constant.rms, strict=False)
+        if other > 0.0
+    }

@@ -19,9 +19,11 @@ from pitchopt.studies.comparison.document import PLANNED
 from pitchopt.studies.comparison.tables import (
     change_rows,
     effort_rows,
+    few_seeds,
     knowledge_rows,
     load_rows,
     point_rows,
+    promise,
     wind_title,
 )
 
@@ -70,11 +72,19 @@ def comparison_report(
     ]
     for method in PLANNED:
         found = document["verdict"].get(method)
-        if found is not None:
+        if found is not None and found["sentences"]:
             body += [
                 html_section(f"Where the {method} profile pays"),
                 html_list(found["sentences"]),
             ]
+    added = document["verdict"]["added_to_individual_pitch"]
+    if added:
+        body += [
+            html_section("What the profile adds to individual pitch"),
+            html_paragraph("Changes of feed-forward+ipc against ipc-bayes in the same winds:"),
+            html_list(added),
+        ]
+    body += [html_paragraph(text) for text in (promise(document), few_seeds(document)) if text]
     body.append(
         html_paragraph(
             "It pays where the 95 % confidence interval of the cut of a damage-equivalent load "

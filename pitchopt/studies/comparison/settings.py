@@ -12,12 +12,16 @@ from pitchopt.errors import InputError
 from pitchopt.studies.simulation.winds import CLASSES, turbulence_level
 from windfield.iec import iec_sigma
 
-__all__ = ["METHODS", "ComparisonSettings", "intensity"]
+__all__ = ["METHODS", "STEADY", "ComparisonSettings", "intensity"]
+
+STEADY = 10.0
+"""Start-up in the steady wind over that in turbulence."""
 
 METHODS = (
     "collective",
     "feed-forward",
     "learned",
+    "ipc-handbook",
     "ipc-grid",
     "ipc-zoo",
     "ipc-bayes",
@@ -49,19 +53,21 @@ class ComparisonSettings:
     tuning_seeds : int
         Boxes that tuners have, the same for all of them.
     evaluations : int
-        Of each tuner, at most.
+        Of each tuner, at most; all begin with the handbook's design, and a grid of three levels of
+        the four numbers has 81 more.
     rotations : int
         That the learner learns for, after its experiment.
     averaged : int
         In turbulence: rotations over which the learner averages the loads of a profile.
     duration, skip : float
-        Of a simulation: that counts, and start-up before it [s].
+        Of a simulation: that counts, and start-up before it [s].  In the steady wind the start-up
+        is `STEADY` times as long, as nothing there covers what rings on.
     pitch_lag : float
         Time constant of the pitch actuators [s].
     pitch_below : float
         How far they reach below the turbine's own range [rad], for all methods alike.
     seed : int
-        Of tuners, design and learner.
+        Of tuners and design.
 
     Raises
     ------
@@ -73,7 +79,7 @@ class ComparisonSettings:
     methods: tuple[str, ...] = METHODS
     seeds: int = 12
     tuning_seeds: int = 3
-    evaluations: int = 81
+    evaluations: int = 82
     rotations: int = 20
     averaged: int = 20
     duration: float = 600.0
@@ -108,9 +114,9 @@ class ComparisonSettings:
                 )
         if not self.turbulence:
             raise InputError("turbulence: got none at all, expected at least one wind")
-        winds = dict.fromkeys(self.turbulence)
+        winds = {turbulence_level(wind): wind for wind in reversed(self.turbulence)}
         chosen = {"collective", *self.methods}
-        object.__setattr__(self, "turbulence", tuple(winds))
+        object.__setattr__(self, "turbulence", tuple(reversed(winds.values())))
         object.__setattr__(self, "methods", tuple(m for m in METHODS if m in chosen))
 
     def winds(self, wind_speed: float) -> tuple[str, ...]:

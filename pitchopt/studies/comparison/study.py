@@ -59,7 +59,7 @@ def compare(
     Raises
     ------
     InputError
-        If case and settings do not fit each other.
+        If case and settings do not fit each other, or a journal is of another study.
     ComputationError
         If the collective controller itself diverges.
 
@@ -102,7 +102,7 @@ def _entry(methods: Methods, method: str, wind: str) -> Entry:
         prepared = methods.prepare(method, wind)
         runs = ground.judge(prepared.controller, wind)
     except PitchoptError as error:
-        if method == "collective":
+        if method == "collective" or str(error).startswith("journal:"):
             raise
         return Entry(method=method, wind=wind, status="failed", message=str(error))
     failure = failure_of(runs)
@@ -112,13 +112,12 @@ def _entry(methods: Methods, method: str, wind: str) -> Entry:
         return Entry(
             method=method, wind=wind, status="diverged", message=failure, prepared=prepared
         )
-    rate = ground.case.pitch_limits.pitch_rate
     return Entry(
         method=method,
         wind=wind,
         status="judged",
         prepared=prepared,
-        runs=tuple(measure(run, rate) for run in runs),
+        runs=tuple(measure(run, ground.rate) for run in runs),
         excerpt=_excerpt(runs[0], ground.rotor_speed),
     )
 

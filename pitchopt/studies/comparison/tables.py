@@ -16,11 +16,15 @@ from pitchopt.studies.comparison.verdict import wind_name
 __all__ = [
     "change_rows",
     "effort_rows",
+    "few_seeds",
     "knowledge_rows",
     "load_rows",
     "point_rows",
+    "promise",
     "wind_title",
 ]
+
+_ENOUGH = 6  # of IEC 61400-1 for a wind speed
 
 Document = Mapping[str, Any]
 Rows = list[list[str]]
@@ -33,10 +37,38 @@ def wind_title(document: Document, wind: str) -> str:
     name = wind_name(wind)
     if share == 0.0:
         return f"{name[0].upper()}{name[1:]}, {document['wind_speed']:g} m/s"
+    kind = f"Turbulence of {name}" if name.startswith("class") else "Turbulence"
     return (
-        f"Turbulence of {name}, {document['wind_speed']:g} m/s, intensity {100 * share:.1f} %, "
-        f"{len(seeds)} seeds that no method has met"
+        f"{kind}, intensity {100 * share:.1f} %, {document['wind_speed']:g} m/s, seeds that no "
+        f"method has met: {len(seeds)}"
     )
+
+
+def promise(document: Document) -> str:
+    """What the static model promises of the design as it is played; empty without a design."""
+    for record in document["entries"]:
+        profile = record.get("profile")
+        if record["method"] == "feed-forward" and profile and profile["predicted_cut"]:
+            cuts = ", ".join(
+                f"{load} {-100 * cut:+.1f} %" for load, cut in profile["predicted_cut"].items()
+            )
+            return (
+                f"The static model ({profile['wake']} wake, harmonics 1 to {profile['harmonics']}) "
+                f"promises of the design in the steady wind, RMS: {cuts}."
+            )
+    return ""
+
+
+def few_seeds(document: Document) -> str:
+    """A warning where there are too few seeds to conclude from; empty otherwise."""
+    counts = [
+        len(document["settings"]["judged_seeds"][one["wind"]])
+        for one in document["winds"]
+        if one["intensity"] > 0.0
+    ]
+    if not counts or min(counts) >= _ENOUGH:
+        return ""
+    return f"Seeds of turbulence: {min(counts)}. Fewer than {_ENOUGH} are too few to conclude from."
 
 
 def change_rows(document: Document, wind: str, kind: str = "del") -> Rows:

@@ -49,6 +49,7 @@ from pitchopt.studies.tuning.minimum_pitch_table import (
     tuned_by,
 )
 from pitchopt.studies.tuning.minimum_pitch_task import MinimumPitchTask, MinimumPitchTuned
+from pitchopt.studies.tuning.plain import plain
 from pitchopt.studies.tuning.plant import (
     MEASURES,
     PlantRun,
@@ -57,7 +58,7 @@ from pitchopt.studies.tuning.plant import (
     mean_measures,
     plant_or_new,
 )
-from pitchopt.studies.tuning.problem import TuningProblem, plain
+from pitchopt.studies.tuning.problem import TuningProblem
 from pitchopt.studies.tuning.sequence import SequenceResult, SequenceStep, tune_in_sequence
 from pitchopt.studies.tuning.speed_regulator import (
     HARD_SPEED,

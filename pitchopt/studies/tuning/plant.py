@@ -21,6 +21,8 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import hashlib
+import json
 import os
 import threading
 import uuid
@@ -38,6 +40,7 @@ from pitchopt.errors import InputError
 from pitchopt.sim import DynamicTurbine, Operation, Simulation, simulate_many, statistics
 from pitchopt.sim.wind import Wind, check_speeds
 from pitchopt.studies.simulation import SimulationSettings, WindCase, wind_cases
+from pitchopt.studies.tuning.plain import plain
 from pitchopt.turbines import Turbine, load_turbine
 from windfield import BoxCache
 
@@ -316,6 +319,7 @@ class TuningPlant:
         settings = self.settings
         return {
             "turbine": self.turbine.name,
+            "turbine_data": self._digest,
             "turbulence": settings.turbulence,
             "duration": settings.duration,
             "skip": settings.skip,
@@ -329,6 +333,12 @@ class TuningPlant:
             "box_interval": settings.box_interval,
             "step": self.dynamic.step,
         }
+
+    @cached_property
+    def _digest(self) -> str:
+        """Fingerprint of all numbers of the turbine, so that another of its name is another."""
+        numbers = json.dumps(plain(self.turbine), sort_keys=True)
+        return hashlib.sha256(numbers.encode()).hexdigest()[:16]
 
     def run(
         self, controller: TurbineController, cases: Iterable[tuple[float, int]]
@@ -379,10 +389,21 @@ class TuningPlant:
             self._case(speed, seed)
             check_speeds(self.turbine, speed, speed)
 
-    def in_turbulence(self, turbulence: str) -> TuningPlant:
-        """The same turbine with its steady operation, in other turbulence."""
+    def in_turbulence(self, turbulence: str, *, skip: float | None = None) -> TuningPlant:
+        """The same turbine with its steady operation, in other turbulence.
+
+        Parameters
+        ----------
+        turbulence : str
+        skip : float, optional
+            Start-up [s]; the same without.
+        """
         other = copy.copy(self)
-        other.settings = dataclasses.replace(self.settings, turbulence=turbulence)
+        other.settings = dataclasses.replace(
+            self.settings,
+            turbulence=turbulence,
+            skip=self.settings.skip if skip is None else skip,
+        )
         other._token = uuid.uuid4().hex
         other._made = self._made.elsewhere()
         other._lock = threading.Lock()

@@ -12,7 +12,6 @@ first, when its numbers are needed, and once: a tuner that asks for it is given 
 from __future__ import annotations
 
 import copy
-import dataclasses
 import math
 import threading
 from abc import ABC, abstractmethod
@@ -27,6 +26,7 @@ import pitchopt
 from pitchopt.checks import FloatArray, finite_array, whole_number
 from pitchopt.control import TurbineController
 from pitchopt.errors import ComputationError, InputError
+from pitchopt.studies.tuning.plain import plain
 from pitchopt.studies.tuning.plant import PlantRun, TuningPlant, failure_of, mean_measures
 from pitchopt.tuning import Outcome, Space, variance_of_mean
 
@@ -36,24 +36,6 @@ if TYPE_CHECKING:
 __all__ = ["TuningProblem", "plain", "start_within"]
 
 N = TypeVar("N", int, float)
-
-
-def plain(value: Any) -> Any:
-    """Numbers, names, lists and mappings of what is made of dataclasses and arrays."""
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        names = [f.name for f in dataclasses.fields(value) if not f.name.startswith("_")]
-        return {name: plain(getattr(value, name)) for name in names}
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return str(value)
-    return value
 
 
 class TuningProblem(ABC):
