@@ -35,7 +35,7 @@ def test_tables_files_and_report(run, tmp_path):
     assert done.err == ""
     for words in (
         "Steady wind, 15 m/s",
-        "Turbulence of class C, 15 m/s, intensity 13.5 %, 2 seeds that no method has met",
+        "Turbulence of class C, intensity 13.5 %, 15 m/s, seeds that no method has met: 2",
         "What each took",
         "What each had to know",
         "Where the learned profile pays",
@@ -82,6 +82,26 @@ def test_json_alone_writes_nothing(run, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_other_settings_are_not_mixed_with_an_earlier_study(run, tmp_path):
+    one = ("--turbulence", "none", "--methods", "ipc-zoo", "--out", "out")
+    assert run(*SHORT, *one).status == 0
+    before = {path: path.read_bytes() for path in sorted((tmp_path / "out").glob("*.*"))}
+    done = run(*SHORT, *one, "--pitch-rate-deg", 4)
+    assert done.status == 2
+    assert done.out == ""
+    assert "is of another study" in done.err
+    assert {path: path.read_bytes() for path in sorted((tmp_path / "out").glob("*.*"))} == before
+
+
+def test_nothing_judged_ends_with_status_one(run):
+    done = run(
+        *SHORT, "--turbulence", "none", "--methods", "learned", "--travel-penalty", 1, "--json"
+    )
+    assert done.status == 1
+    entry = json.loads(done.out)["entries"][1]
+    assert (entry["status"], "travel" in entry["message"]) == ("failed", True)
+
+
 def test_a_report_can_go_elsewhere(run, tmp_path):
     done = run(
         *SHORT, "--turbulence", "none", "--methods", "collective", "--json", "--report", "my.html"
@@ -104,6 +124,7 @@ def test_a_report_can_go_elsewhere(run, tmp_path):
         (("--rotor-speed-rpm", "12"), "operation.rotor_speed_rpm: got 12"),
         (("--evaluations", "1"), "--evaluations"),
         (("--no-cache", "--cache", "x"), "--no-cache"),
+        (("--pitch-rate-deg", "0"), "limits.pitch_rate_deg: got 0"),
     ],
 )
 def test_bad_input_is_one_line(run, tmp_path, arguments, words):

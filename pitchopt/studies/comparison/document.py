@@ -84,6 +84,7 @@ def _record(result: Comparison, entry: Entry) -> dict[str, Any]:
                 "predicted_cut": profile.predicted,
                 "azimuth_deg": np.rad2deg(profile.azimuth),
                 "deviation_deg": np.rad2deg(profile.deviation),
+                "whole_deg": np.rad2deg(profile.whole),
             }
     if not entry.runs:
         return record

@@ -68,6 +68,8 @@ class PlayedProfile:
     azimuth, deviation : ndarray (N,)
         Pitch of a blade less its mean, as it shall move with the harmonics that are kept
         (designed), or as it is told (learned) [rad].
+    whole : ndarray (N,)
+        The same with all harmonics of the design or of what was learned [rad].
     feedforward : PitchProfile
         As the controller plays it.
     wake : str
@@ -80,6 +82,7 @@ class PlayedProfile:
 
     azimuth: FloatArray
     deviation: FloatArray
+    whole: FloatArray
     feedforward: PitchProfile
     wake: str
     predicted: dict[str, float]
@@ -146,6 +149,7 @@ def _designed(ground: Ground, wake: str, progress: Progress) -> PlayedProfile:
     return PlayedProfile(
         azimuth=design.azimuth,
         deviation=played,
+        whole=deviation,
         feedforward=feedforward,
         wake=wake,
         predicted=_cuts(*loads),
@@ -236,6 +240,7 @@ def learned_profile(ground: Ground, wind: str) -> PlayedProfile:
     return PlayedProfile(
         azimuth=2.0 * np.pi * np.arange(stations) / stations,
         deviation=deviation,
+        whole=deviation,
         feedforward=PitchProfile.from_samples(turned),
         wake="",
         predicted={},

@@ -66,7 +66,7 @@ def test_sentences_say_it():
     lines = sentences(_comparison({"none": [0.3], "C": [1.049, 1.051]}))
     assert len(lines) == len(LOADS) + 1
     assert lines[0].startswith("blade out of plane: -70.0 % in steady wind, +5.0 ±")
-    assert lines[0].endswith("costs at class C")
+    assert lines[0].endswith("costs by class C")
     assert "5.73 for 5.73 in steady wind" in lines[-1]
 
 
@@ -75,7 +75,13 @@ def test_sentences_say_it():
     [
         ({"none": [0.5], "C": [0.5, 0.5]}, "pays everywhere"),
         ({"none": [1.0], "C": [1.0, 1.0]}, "pays nowhere"),
-        ({"none": [1.2], "C": [1.0, 1.0]}, "pays nowhere, costs"),
+        ({"none": [1.2], "C": [1.0, 1.0]}, "pays nowhere, costs in steady wind"),
+        ({"none": [0.5]}, "pays"),
+        (
+            {"none": [0.5], "C": [1.0, 1.0], "B": [0.5, 0.5]},
+            "stops paying by class C, pays again in class B",
+        ),
+        ({"none": [0.5], "C": [0.5]}, "lost in the scatter by class C"),
         ({"none": [1.0], "C": [0.5, 0.5]}, "pays from class C on"),
     ],
 )
@@ -85,13 +91,13 @@ def test_endings(shares, ending):
 
 def test_too_few_seeds_tell_nothing():
     lines = sentences(_comparison({"none": [0.3], "C": [0.9, 1.0]}))
-    assert lines[0].endswith("lost in the scatter at class C")
+    assert lines[0].endswith("lost in the scatter by class C")
 
 
 def test_names_of_winds():
     assert [wind_name(w) for w in ("none", "A+", "0.05", ".1")] == [
         "steady wind",
         "class A+",
-        "intensity 0.05",
-        "intensity .1",
+        "turbulence of 5 %",
+        "turbulence of 10 %",
     ]
