@@ -8,7 +8,7 @@ import click
 
 from pitchopt.cli.completing import CONTROLLERS
 from pitchopt.cli.design_command import goal_options
-from pitchopt.cli.help import Command
+from pitchopt.cli.help import Command, section
 from pitchopt.cli.options import _CASE_OPTIONS, case_options, json_option, search_options
 from pitchopt.cli.values import FOLDER, Option, between, numbers, positive, whole
 from pitchopt.errors import InputError
@@ -95,115 +95,129 @@ docs/exports.md says more."""
     type=Option("file", names=CONTROLLERS, endings=(".npz", ".toml", ".json")),
     metavar="[PROFILES.npz|CONTROLLER]",
 )
-@click.option(
-    "--format",
-    "form",
-    type=Option("format", names=FORMATS),
-    metavar="|".join(FORMATS),
-    help="What to write.  [required]",
+@section(
+    "What is written",
+    click.option(
+        "--format",
+        "form",
+        type=Option("format", names=FORMATS),
+        metavar="|".join(FORMATS),
+        help="What to write.  [required]",
+    ),
+    click.option(
+        "--point",
+        metavar="NAME",
+        help="Profile of the file: INDEX, knee, loss=3%, power_max, constant or a label; in a file of "
+        "robust or schedule the wind's number from 0 or label.  [default: the knee, or the only one]",
+    ),
+    click.option(
+        "--out",
+        type=FOLDER,
+        metavar="DIR",
+        default=".",
+        show_default=True,
+        help="Folder for the files.",
+    ),
 )
-@click.option(
-    "--point",
-    metavar="NAME",
-    help="Profile of the file: INDEX, knee, loss=3%, power_max, constant or a label; in a file of "
-    "robust or schedule the wind's number from 0 or label.  [default: the knee, or the only one]",
+@section(
+    "Rows of aerodyn and rosco",
+    click.option(
+        "--step-deg",
+        type=Option("deg", positive(180.0, "deg")),
+        metavar="DEG",
+        help="aerodyn, rosco: azimuth from row to row.  [default: the profile's stations; 24 rows a "
+        "period of the highest harmonic for a series]",
+    ),
+    click.option(
+        "--time-step",
+        type=Option("s", positive(60.0, "s")),
+        metavar="S",
+        help="aerodyn, rosco: time from row to row, in place of --step-deg.",
+    ),
+    click.option(
+        "--revolutions",
+        type=Option("n", whole(1, 100000)),
+        metavar="N",
+        help="aerodyn, rosco: revolutions covered; the last row is held afterwards.  [default: 4, 60]",
+    ),
+    click.option(
+        "--interpolation",
+        type=Option("kind", names=("linear", "fourier")),
+        metavar="linear|fourier",
+        help="aerodyn, rosco: how the profile continues between its stations.  [default: linear]",
+    ),
+    click.option(
+        "--initial-azimuth-deg",
+        type=Option("deg", between(-360.0, 360.0, "deg")),
+        metavar="DEG",
+        help="rosco: azimuth of blade 1 at time 0, 0 is up.  [default: 0]",
+    ),
 )
-@click.option(
-    "--out",
-    type=FOLDER,
-    metavar="DIR",
-    default=".",
-    show_default=True,
-    help="Folder for the files.",
+@section(
+    "Lead for actuators (csv, harmonics, rosco)",
+    click.option(
+        "--keep-harmonics",
+        type=Option("n", whole(1, 10000)),
+        metavar="N",
+        help="csv, harmonics, rosco: keep 1P to nP.  [default: all]",
+    ),
+    click.option(
+        "--actuator-lag",
+        type=Option("s", positive(10.0, "s")),
+        metavar="S",
+        help="csv, harmonics, rosco: lead an actuator of first order with this time constant.",
+    ),
+    click.option(
+        "--actuator-frequency",
+        type=Option("rad/s", positive(1000.0, "rad/s")),
+        metavar="RAD/S",
+        help="... or one of second order, with --actuator-damping.",
+    ),
+    click.option(
+        "--actuator-damping",
+        type=Option("x", positive(10.0, "")),
+        metavar="X",
+        help="Damping ratio of an actuator of second order.",
+    ),
+    click.option("--phase-only", is_flag=True, help="Lead in phase, leave amplitudes as they are."),
+    click.option(
+        "--beyond-limits", is_flag=True, help="Write commands beyond range or rate, with a warning."
+    ),
 )
-@click.option(
-    "--step-deg",
-    type=Option("deg", positive(180.0, "deg")),
-    metavar="DEG",
-    help="aerodyn, rosco: azimuth from row to row.  [default: the profile's stations; 24 rows a "
-    "period of the highest harmonic for a series]",
-)
-@click.option(
-    "--time-step",
-    type=Option("s", positive(60.0, "s")),
-    metavar="S",
-    help="aerodyn, rosco: time from row to row, in place of --step-deg.",
-)
-@click.option(
-    "--revolutions",
-    type=Option("n", whole(1, 100000)),
-    metavar="N",
-    help="aerodyn, rosco: revolutions covered; the last row is held afterwards.  [default: 4, 60]",
-)
-@click.option(
-    "--interpolation",
-    type=Option("kind", names=("linear", "fourier")),
-    metavar="linear|fourier",
-    help="aerodyn, rosco: how the profile continues between its stations.  [default: linear]",
-)
-@click.option(
-    "--initial-azimuth-deg",
-    type=Option("deg", between(-360.0, 360.0, "deg")),
-    metavar="DEG",
-    help="rosco: azimuth of blade 1 at time 0, 0 is up.  [default: 0]",
-)
-@click.option(
-    "--keep-harmonics",
-    type=Option("n", whole(1, 10000)),
-    metavar="N",
-    help="csv, harmonics, rosco: keep 1P to nP.  [default: all]",
-)
-@click.option(
-    "--actuator-lag",
-    type=Option("s", positive(10.0, "s")),
-    metavar="S",
-    help="csv, harmonics, rosco: lead an actuator of first order with this time constant.",
-)
-@click.option(
-    "--actuator-frequency",
-    type=Option("rad/s", positive(1000.0, "rad/s")),
-    metavar="RAD/S",
-    help="... or one of second order, with --actuator-damping.",
-)
-@click.option(
-    "--actuator-damping",
-    type=Option("x", positive(10.0, "")),
-    metavar="X",
-    help="Damping ratio of an actuator of second order.",
-)
-@click.option("--phase-only", is_flag=True, help="Lead in phase, leave amplitudes as they are.")
-@click.option(
-    "--beyond-limits", is_flag=True, help="Write commands beyond range or rate, with a warning."
-)
-@click.option(
-    "--discon",
-    metavar="DISCON.IN",
-    help="rosco, discon: write a copy of this file with the lines changed.",
-)
-@click.option(
-    "--wind-ramp",
-    type=Option("list", numbers),
-    metavar="LOW,HIGH",
-    help="discon: wind speeds between which the gains fade in.  [default: always full]",
-)
-@click.option("--only-1p", is_flag=True, help="discon: write 1P of a controller that has 2P too.")
-@click.option(
-    "--filter-gain",
-    type=Option("x", positive(10.0, "")),
-    metavar="X",
-    help="discon: share of 1P moments that ROSCO's band pass lets through.  [default: 0.5, as "
-    "ROSCO 2.9 and 2.10.6 do; 1 for a version that corrects it]",
-)
-@click.option(
-    "--turbine",
-    metavar="KEY|FILE",
-    help="discon: turbine of a controller's name or file.  [default: nrel-5mw]",
-)
-@click.option(
-    "--pitch-lag",
-    type=Option("s", between(0.0, 10.0, "s")),
-    metavar="S",
-    help="discon: time constant of the actuators, for the offset of ipc.  [default: 0]",
+@section(
+    "ROSCO's DISCON.IN",
+    click.option(
+        "--discon",
+        metavar="DISCON.IN",
+        help="rosco, discon: write a copy of this file with the lines changed.",
+    ),
+    click.option(
+        "--wind-ramp",
+        type=Option("list", numbers),
+        metavar="LOW,HIGH",
+        help="discon: wind speeds between which the gains fade in.  [default: always full]",
+    ),
+    click.option(
+        "--only-1p", is_flag=True, help="discon: write 1P of a controller that has 2P too."
+    ),
+    click.option(
+        "--filter-gain",
+        type=Option("x", positive(10.0, "")),
+        metavar="X",
+        help="discon: share of 1P moments that ROSCO's band pass lets through.  [default: 0.5, as "
+        "ROSCO 2.9 and 2.10.6 do; 1 for a version that corrects it]",
+    ),
+    click.option(
+        "--turbine",
+        metavar="KEY|FILE",
+        help="discon: turbine of a controller's name or file.  [default: nrel-5mw]",
+    ),
+    click.option(
+        "--pitch-lag",
+        type=Option("s", between(0.0, 10.0, "s")),
+        metavar="S",
+        help="discon: time constant of the actuators, for the offset of ipc.  [default: 0]",
+    ),
 )
 @goal_options
 @case_options
