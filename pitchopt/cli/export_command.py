@@ -107,8 +107,10 @@ docs/exports.md says more."""
     click.option(
         "--point",
         metavar="NAME",
-        help="Profile of the file: INDEX, knee, loss=3%, power_max, constant or a label; in a file of "
-        "robust or schedule the wind's number from 0 or label.  [default: the knee, or the only one]",
+        help="Profile of the file: INDEX, knee, loss=3%, power_max, constant or a label; in a "
+        "file of "
+        "robust or schedule the wind's number from 0 or label.  [default: the knee, or the only "
+        "one]",
     ),
     click.option(
         "--out",
@@ -125,7 +127,8 @@ docs/exports.md says more."""
         "--step-deg",
         type=Option("deg", positive(180.0, "deg")),
         metavar="DEG",
-        help="aerodyn, rosco: azimuth from row to row.  [default: the profile's stations; 24 rows a "
+        help="aerodyn, rosco: azimuth from row to row.  [default: the profile's stations; 24 "
+        "rows a "
         "period of the highest harmonic for a series]",
     ),
     click.option(
@@ -138,7 +141,8 @@ docs/exports.md says more."""
         "--revolutions",
         type=Option("n", whole(1, 100000)),
         metavar="N",
-        help="aerodyn, rosco: revolutions covered; the last row is held afterwards.  [default: 4, 60]",
+        help="aerodyn, rosco: revolutions covered; the last row is held afterwards.  [default: "
+        "4, 60]",
     ),
     click.option(
         "--interpolation",
