@@ -25,7 +25,7 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "benchmarks" / "results"
-PAGES = ("performance.md", "validation.md", "tuning.md")
+PAGES = ("performance.md", "validation.md", "tuning.md", "compare.md")
 
 Record = dict[str, Any]
 Rows = list[Sequence[object]]
@@ -665,6 +665,65 @@ def _tower_figure(quantity: str, value: float | None) -> str:
     return f"{value:.1f}" if abs(value) >= 10.0 else f"{value:.2f}"
 
 
+# --- comparison ----------------------------------------------------------------------------------
+_LOADS = ("blade", "tower", "tilt", "yaw", "torque")
+
+
+def _wind(record: Record) -> str:
+    share = 100.0 * record["intensity"]
+    if not share:
+        return "steady"
+    return f"{record['wind']}, {share:.1f} %" if record["wind"][0].isalpha() else f"{share:.0f} %"
+
+
+def compared_changes() -> Table:
+    """Change of every equivalent load by method and wind."""
+    found = lines("comparison", "method in wind")
+    rows: Rows = []
+    for record in found:
+        if record["method"] == "collective":
+            continue
+        cuts = record["del_cut"]
+        cells = [_changed(cuts[load]) if cuts else record["status"] for load in _LOADS]
+        travel = record["pitch_travel_deg"]
+        rows.append(
+            (record["method"], _wind(record), *cells, "" if travel is None else f"{travel:.1f}")
+        )
+    heads = ("method", "wind", *_LOADS, "travel [deg/turn]")
+    return heads, rows, found
+
+
+def _changed(cut: Record) -> str:
+    text = percent(-cut["mean"])
+    return text if cut["half_width"] is None else f"{text} ±{100.0 * cut['half_width']:.1f}"
+
+
+def _some(value: float, form: str) -> str:
+    """A number, nothing for zero."""
+    return form.format(value) if value else ""
+
+
+def compared_efforts() -> Table:
+    """What each method took in class B."""
+    found = [r for r in lines("comparison", "method in wind") if r["wind"] == "B"]
+    rows: Rows = [
+        (
+            record["method"],
+            record["spent"]["evaluations"] or "",
+            record["spent"]["simulations"] or "",
+            f"{record['spent']['rotations']:,.0f}" if record["spent"]["rotations"] else "",
+            f"{record['spent']['turbine_time'] / 3600.0:.1f}"
+            if record["spent"]["rotations"]
+            else "",
+            digits(record["spent"]["seconds"]) if record["spent"]["seconds"] else "",
+        )
+        for record in found
+        if record["spent"]
+    ]
+    heads = ("method", "evaluations", "simulations", "rotations", "turbine hours", "seconds")
+    return heads, rows, found
+
+
 TABLES: dict[str, tuple[str, Callable[[], Table]]] = {
     "waiting": ("curve", waiting),
     "subproblems": ("direct_vs_cvxpy", subproblems),
@@ -685,6 +744,8 @@ TABLES: dict[str, tuple[str, Callable[[], Table]]] = {
     "random-starts": ("random_starts", random_starts),
     "tower-study": ("tower_study", tower_study),
     "tuning-problems": ("tuning_problems", tuning_problems),
+    "compared-changes": ("comparison", compared_changes),
+    "compared-efforts": ("comparison", compared_efforts),
 }
 
 

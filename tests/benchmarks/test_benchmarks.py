@@ -20,6 +20,10 @@ ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "benchmarks"
 SCRIPTS = sorted(path.stem for path in FOLDER.glob("[a-z]*.py"))
 FIGURES = {
+    "comparison": {
+        "method in wind": ["method", "intensity", "del_cut", "rms_cut", "spent", "seeds"],
+        "comparison": ["verdict", "design", "settings", "seconds"],
+    },
     "curve": {
         "import": ["seconds", "bare_python_seconds", "seconds_aim"],
         "curve": ["seconds", "points", "certified", "gap_largest_percent", "converged"],
