@@ -30,6 +30,7 @@ __all__ = ["DesignProblem", "LoadWeights", "Objective"]
 
 FloatArray = NDArray[np.float64]
 
+_COARSEST = 24  # positions at which local solves from different starts end alike
 _LARGEST_PRICE = 1e12  # beyond this torque is lost in rounding
 
 
@@ -193,12 +194,17 @@ class DesignProblem:
     @cached_property
     def coarse(self) -> DesignProblem | None:
         """The problem at every s-th rotor position, None where the positions are few."""
-        step = stride(self.curves.positions)
-        return (
-            None
-            if step == 1
-            else self.with_curves(self.curves.thinned(self.curves.positions // step))
-        )
+        return self._thinned(stride(self.curves.positions))
+
+    @cached_property
+    def coarsest(self) -> DesignProblem | None:
+        """The problem at about two dozen rotor positions, None where there are no more."""
+        return self._thinned(stride(self.curves.positions, _COARSEST))
+
+    def _thinned(self, step: int) -> DesignProblem | None:
+        if step == 1:
+            return None
+        return self.with_curves(self.curves.thinned(self.curves.positions // step))
 
     @cached_property
     def softened(self) -> DesignProblem:

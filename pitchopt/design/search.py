@@ -10,7 +10,7 @@ loads are the equilibrium loads, hence the inner value is what equilibrium yield
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +31,7 @@ FloatArray = NDArray[np.float64]
 
 _ROUGH = 1e-4  # share of torque that finishing a rough profile may still gain
 _NEAR = 2e-3  # share of torque by which a rough profile may trail the best and still be finished
+_BASIN = np.radians(1.0)  # profiles of mean pitches further apart do not compare while rough
 _FINISHED = 2  # how many of the rough profiles are finished
 
 
@@ -93,7 +94,9 @@ def best_local(
     """Best of the local solutions from several starts.
 
     Several starts are told apart by rough solves on smoothed curves, at fewer rotor positions
-    where there are many; the best few are finished on the curves themselves.
+    where there are many; the best few are finished on the curves themselves.  With many positions
+    so is what the same starts lead to at two dozen of them: many stations hold a local solve back
+    where few let it pass.
 
     Parameters
     ----------
@@ -142,11 +145,19 @@ def best_local(
                 return result(solution, start.label)
     found.sort(key=lambda one: -one[0])
     near = found[0][0] - _NEAR * problem.torque_scale
+    chosen = [one for one in found[:_FINISHED] if one[0] >= near]
+    means = [float(profile.mean()) for _, profile, _ in chosen]
+    apart = [one for one in found if min(abs(one[1].mean() - mean) for mean in means) > _BASIN]
     finals = [
-        (*finished(profile, full.finishing()), label)
-        for value, profile, label in found[:_FINISHED]
-        if value >= near
+        (*finished(profile, full.finishing()), label) for _, profile, label in chosen + apart[:1]
     ]
+    if problem.coarsest is not None:
+        stride = problem.curves.stations // problem.coarsest.curves.stations
+        few = [replace(start, profile=start.profile[::stride]) for start in starts]
+        ahead = best_local(problem.coarsest, objective, few, settings=settings)
+        total += ahead.iterations
+        profile = problem.repaired(interpolated(ahead.solution.profile, stride))
+        finals.append((*finished(profile, full.finishing()), ahead.start))
     _, solution, label = max(finals, key=lambda one: one[0])
     return result(solution, label)
 
