@@ -48,7 +48,8 @@ from pitchopt.sim.kernels_motion import (
     reactions,
     solve,
 )
-from pitchopt.sim.kernels_rotor import InflowState, RotorTables, RotorWork, rotor_aerodynamics
+from pitchopt.sim.kernels_planes import InflowState, RotorTables, RotorWork
+from pitchopt.sim.kernels_rotor import rotor_aerodynamics
 from pitchopt.sim.kernels_wind import WindTables, wind_speed, wind_velocity
 
 __all__ = ["Model", "State", "Work", "advance", "march", "measure", "output"]

@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 
 from pitchopt.checks import FloatArray
 from pitchopt.sim.compiling import inlined
-from pitchopt.sim.kernels_rotor import RotorWork
+from pitchopt.sim.kernels_planes import RotorWork
 
 __all__ = ["BodyTables", "MotionWork", "assemble", "frames", "reactions", "solve"]
 

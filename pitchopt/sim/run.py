@@ -208,7 +208,7 @@ def _state(
 ) -> Any:
     from pitchopt.sim.kernels_march import State
     from pitchopt.sim.kernels_motion import AZIMUTH, BLADES
-    from pitchopt.sim.kernels_rotor import MEMORY_PLANES, PLANE, InflowState
+    from pitchopt.sim.kernels_planes import MEMORY_PLANES, PLANE, InflowState
 
     blades, stations = dynamic.blades, dynamic.turbine.rotor.blade.span.size
     size = BLADES + 2 * blades
@@ -238,7 +238,7 @@ def _state(
 def _work(dynamic: DynamicTurbine) -> Any:
     from pitchopt.sim.kernels_march import Work
     from pitchopt.sim.kernels_motion import BLADES, MotionWork
-    from pitchopt.sim.kernels_rotor import PLANE, WORK_PLANES, RotorWork
+    from pitchopt.sim.kernels_planes import PLANE, WORK_PLANES, RotorWork
 
     blades = dynamic.blades
     size = BLADES + 2 * blades

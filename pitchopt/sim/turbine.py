@@ -205,7 +205,7 @@ class DynamicTurbine:
     @cached_property
     def rotor_tables(self) -> Any:
         """`RotorTables` of the time loop."""
-        from pitchopt.sim.kernels_rotor import RotorTables, element_planes, polar_rows
+        from pitchopt.sim.kernels_planes import RotorTables, element_planes, polar_rows
 
         rotor, model = self.turbine.rotor, self.blade
         blade = rotor.blade
