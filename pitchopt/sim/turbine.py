@@ -257,7 +257,7 @@ class DynamicTurbine:
     @cached_property
     def body_tables(self) -> Any:
         """`BodyTables` of the time loop."""
-        from pitchopt.sim.kernels_motion import BLADES, BodyTables
+        from pitchopt.sim.kernels_body import BLADES, BodyTables
 
         turbine, rotor = self.turbine, self.turbine.rotor
         blade, tower = self.blade, self.tower
