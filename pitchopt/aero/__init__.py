@@ -3,11 +3,12 @@
 from pitchopt.aero.blade import Blade
 from pitchopt.aero.curves import LOADS, BladeCurves, RotorLoads
 from pitchopt.aero.fits import PolarFit, fit_polar
+from pitchopt.aero.frozen_errors import FrozenErrors
 from pitchopt.aero.induction import Momentum
 from pitchopt.aero.loads import BladeLoads
 from pitchopt.aero.polars import Polar, blend
 from pitchopt.aero.rotor import Rotor
-from pitchopt.aero.static_rotor import FrozenErrors, StaticRotor
+from pitchopt.aero.static_rotor import StaticRotor
 from pitchopt.aero.steady import (
     OperatingPoints,
     Surfaces,

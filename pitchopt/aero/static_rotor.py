@@ -21,56 +21,30 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pitchopt.aero.balanced_limits import attached_pitch, balanced_limits
 from pitchopt.aero.breakpoints import sample_points
 from pitchopt.aero.curves import BladeCurves
-from pitchopt.aero.fits import PolarFit, fit_polar
+from pitchopt.aero.fits import PolarFit
 from pitchopt.aero.fixed_inflow import FixedInflow
-from pitchopt.aero.flow import Flow, balanced_flow, free_flow, loss_constants
-from pitchopt.aero.induction import Momentum, SectionPolars
-from pitchopt.aero.loads import BladeLoads, load_map
+from pitchopt.aero.frozen_errors import FrozenErrors, frozen_errors
+from pitchopt.aero.induction import Momentum
+from pitchopt.aero.loads import BladeLoads
 from pitchopt.aero.rotor import Inflow, Rotor
-from pitchopt.aero.section_limits import section_limits
-from pitchopt.aero.stall import (
-    StallLimits,
-    attached_intervals,
-    check_alpha_limits,
-    check_coverage,
-    longest_interval,
-    stall_limits,
-)
+from pitchopt.aero.section_flow import SectionFlow
+from pitchopt.aero.stall import StallLimits, check_alpha_limits, stall_limits
 from pitchopt.checks import FloatArray, finite_number, whole_number
 from pitchopt.errors import InputError
 
-__all__ = ["FrozenErrors", "StaticRotor"]
+__all__ = ["StaticRotor"]
 
 _MODES = ("none", "frozen", "equilibrium")
 _RATE_STEP = 0.02  # [rad/s] for the central difference in pitch rate: as real rates are
 _MIN_RANGE = 1e-6  # [rad]
-_CHUNK = 40_000  # sections solved at a time
-_REACH = float(np.deg2rad(25.0))  # limits are looked for this far around the mean pitch
-
-
-class FrozenErrors(NamedTuple):
-    """How far frozen curves are from what they stand for, as shares of the mean load.
-
-    Each is the largest over the stations at mean pitch -/+ the window, for torque, bending and
-    thrust, divided by the mean over the stations at the mean pitch.
-
-    Attributes
-    ----------
-    fit : ndarray (3,)
-        Fits and tangents against the tables in the same held wake.
-    projection : ndarray (3,)
-        Offsets of the aerodynamic centres held at the mean pitch against turning with it.
-    """
-
-    fit: FloatArray
-    projection: FloatArray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -161,29 +135,21 @@ class StaticRotor:
             set_(self, name, whole_number(name, getattr(self, name), at_least=least))
         check_alpha_limits(self.rotor.blade.polars, self.alpha_limits)
 
-    # ---- polars and their fits ---------------------------------------------------------
+    # ---- sections and their flow ---------------------------------------------------------
 
     @cached_property
-    def _polars(self) -> SectionPolars:
-        return SectionPolars(self.rotor.blade.polars)
-
-    @cached_property
-    def _blocked(self) -> NDArray[np.bool_]:
-        """Sections whose loss factor vanishes, (E,)."""
-        options = self.momentum or Momentum()
-        tip, hub = loss_constants(self.rotor)
-        none = np.zeros(tip.size, dtype=bool)
-        return (tip <= 0.0 if options.tip_loss else none) | (
-            hub <= 0.0 if options.hub_loss else none
-        )
-
-    def _fits(self, alpha: FloatArray | None) -> tuple[PolarFit | None, ...]:
-        """Fits of all sections (no `alpha`), or of those attached at angles (..., E)."""
-        polars = self.rotor.blade.polars
-        limits = section_limits(polars, self.alpha_limits, alpha, self._blocked)
-        return tuple(
-            None if pair is None else fit_polar(polar, pair, self.segments)
-            for polar, pair in zip(polars, limits, strict=True)
+    def _sections(self) -> SectionFlow:
+        return SectionFlow(
+            rotor=self.rotor,
+            wind=self.wind,
+            rotor_speed=self.rotor_speed,
+            air_density=self.air_density,
+            yaw=self.yaw,
+            alpha_limits=self.alpha_limits,
+            segments=self.segments,
+            radial_moment=self.radial_moment,
+            skew=self.skew,
+            momentum=self.momentum,
         )
 
     def section_fits(
@@ -209,48 +175,13 @@ class StaticRotor:
         if self.induction == "equilibrium":
             raise InputError("induction: got 'equilibrium', expected none or frozen for held flow")
         mean = self._mean(mean_pitch) if self.induction == "frozen" else None
-        return self._fixed(self._stations(positions), mean)
+        return self._sections.held(self._stations(positions), mean)
 
     def _restricting(self) -> NDArray[np.bool_]:
         span = self.rotor.blade.span
         if self.induction == "none":
             return np.ones(span.size, dtype=bool)
         return np.asarray((self.rotor.hub_radius + span) / self.rotor.radius >= self.stall_share)
-
-    # ---- flow and loads ------------------------------------------------------------------
-
-    def _flow(
-        self, psi: FloatArray, pitch: FloatArray, rate: FloatArray, mean_pitch: FloatArray
-    ) -> Flow:
-        """Flow in momentum balance."""
-        return balanced_flow(
-            self.rotor,
-            self.wind,
-            self.rotor_speed,
-            psi,
-            pitch,
-            polars=self._polars,
-            pitch_rate=rate,
-            yaw=self.yaw,
-            skew=self.skew,
-            skew_pitch=mean_pitch,
-            momentum=self.momentum,
-        )
-
-    def _raw_loads(self, flow: Flow, pitch: FloatArray) -> FloatArray:
-        """Loads (4, ...) of a flow with the tables of the polars."""
-        blade = self.rotor.blade
-        mapping = load_map(
-            flow.sections,
-            blade.chord,
-            self.rotor.cone,
-            flow.phi,
-            0.5 * self.air_density * flow.square,
-            radial_moment=self.radial_moment,
-        )
-        alpha = flow.phi - blade.twist - pitch[..., None]
-        check_coverage(blade.polars, alpha)
-        return mapping.apply(*self._polars.coefficients(alpha))
 
     def _mean(self, mean_pitch: float | None) -> float:
         if mean_pitch is None:
@@ -259,48 +190,6 @@ class StaticRotor:
         slack = 1e-9  # a limit converted twice may differ in its last digit
         mean = finite_number("mean_pitch", mean_pitch, at_least=low - slack, at_most=high + slack)
         return float(np.clip(mean, low, high))
-
-    def _fixed(
-        self, psi: FloatArray, mean_pitch: float | None, rate: FloatArray | None = None
-    ) -> FixedInflow:
-        """Held flow at azimuths (...), for ``none`` (no mean pitch) and ``frozen``."""
-        zero = np.zeros(())
-        if mean_pitch is None:
-            flow = free_flow(
-                self.rotor, self.wind, self.rotor_speed, psi, zero, pitch_rate=rate, yaw=self.yaw
-            )
-            fits = self._fits(None)
-        else:
-            mean = np.asarray(mean_pitch)
-            held = self._flow(psi, np.full(psi.shape, mean_pitch), zero, mean)
-            fits = self._fits(held.phi - self.rotor.blade.twist - mean_pitch)
-            flow = held
-            if rate is not None:
-                flow = free_flow(
-                    self.rotor,
-                    self.wind,
-                    self.rotor_speed,
-                    psi,
-                    np.full(psi.shape, mean_pitch),
-                    pitch_rate=rate,
-                    yaw=self.yaw,
-                    induced=(held.induced_normal, held.induced_tangential),
-                )
-        mapping = load_map(
-            flow.sections,
-            self.rotor.blade.chord,
-            self.rotor.cone,
-            flow.phi,
-            0.5 * self.air_density * flow.square,
-            radial_moment=self.radial_moment,
-        )
-        base = flow.phi - self.rotor.blade.twist
-        if mean_pitch is not None:
-            # torque must fall with drag and rise with lift for the fit to keep it concave
-            wrong = (mapping.lift[0] < 0.0) | (mapping.drag[0] > 0.0)
-            bad = wrong.reshape(-1, wrong.shape[-1]).any(axis=0)
-            fits = tuple(None if bad[e] else fit for e, fit in enumerate(fits))
-        return FixedInflow.build(base, mapping, fits, self._polars, mean_pitch)
 
     def blade_loads(
         self,
@@ -338,10 +227,12 @@ class StaticRotor:
             rate = np.zeros_like(rate)
         if self.induction == "equilibrium":
             reference = beta if mean_pitch is None else np.asarray(mean_pitch)
-            loads = self._raw_loads(self._flow(psi, beta, rate, reference), beta)
+            loads = self._sections.table_loads(
+                self._sections.balanced(psi, beta, rate, reference), beta
+            )
         else:
             mean = self._mean(mean_pitch) if self.induction == "frozen" else None
-            loads = self._fixed(psi, mean, rate if np.any(rate) else None).loads(beta)
+            loads = self._sections.held(psi, mean, rate if np.any(rate) else None).loads(beta)
         return BladeLoads(*loads.reshape(4, *shape))
 
     # ---- curves --------------------------------------------------------------------------
@@ -395,7 +286,7 @@ class StaticRotor:
             mean = None
         else:
             mean = self._mean(mean_pitch) if self.induction == "frozen" else None
-            model = self._fixed(psi, mean)
+            model = self._sections.held(psi, mean)
             low, high = self._clip(psi, *model.limits(self._restricting()))
             beta, loads = model.breakpoints(low, high)
             at = 0.5 * (low + high) if mean is None else np.full(psi.size, mean)
@@ -430,33 +321,21 @@ class StaticRotor:
         low = np.full(psi.size, self.pitch_range[0])
         high = np.full(psi.size, self.pitch_range[1])
         if mean_pitch is not None:
-            low, high = self._balanced_limits(psi, self._mean(mean_pitch))
+            low, high = self._balanced_limits(psi, mean_pitch)
         low, high = self._clip(psi, low, high)
         beta = sample_points(low, high, mean_pitch, self.samples)
         reference = np.full((psi.size, 1), 0.0 if mean_pitch is None else mean_pitch)
         loads = np.empty((4, *beta.shape))
-        for rows in self._chunks(psi.size, beta.shape[1]):
-            flow = self._flow(psi[rows, None], beta[rows], np.zeros(()), reference[rows])
-            loads[:, rows] = self._raw_loads(flow, beta[rows])
+        for rows in self._sections.chunks(psi.size, beta.shape[1]):
+            flow = self._sections.balanced(
+                psi[rows, None], beta[rows], np.zeros(()), reference[rows]
+            )
+            loads[:, rows] = self._sections.table_loads(flow, beta[rows])
         return beta, loads
 
-    def _chunks(self, stations: int, pitches: int) -> list[slice]:
-        """Runs of stations short enough to bound memory whatever the number of stations."""
-        step = max(1, _CHUNK // (pitches * self.rotor.blade.span.size))
-        return [slice(k, k + step) for k in range(0, stations, step)]
-
-    def _balanced_limits(self, psi: FloatArray, mean: float) -> tuple[FloatArray, FloatArray]:
-        """Pitch interval (N,) around `mean` in which no outboard section stalls."""
-        grid = np.clip(mean + np.linspace(-_REACH, _REACH, 41), *self.pitch_range)
-        grid = np.unique(np.append(grid, mean))
-        alpha = np.empty((psi.size, grid.size, self.rotor.blade.span.size))
-        for rows in self._chunks(psi.size, grid.size):
-            beta = np.broadcast_to(grid, (psi[rows].size, grid.size))
-            reference = np.full((psi[rows].size, 1), mean)
-            flow = self._flow(psi[rows, None], beta, np.zeros(()), reference)
-            alpha[rows] = flow.phi - self.rotor.blade.twist - beta[..., None]
-        at = int(np.searchsorted(grid, mean))
-        return attached_intervals(grid, alpha, at, self._stall_limits())
+    def _balanced_limits(self, psi: FloatArray, mean_pitch: float) -> tuple[FloatArray, FloatArray]:
+        mean = self._mean(mean_pitch)
+        return balanced_limits(self._sections, psi, mean, self.pitch_range, self._stall_limits())
 
     def attached_pitch(self, positions: int = 24) -> tuple[float, float]:
         """Constant pitches at which no outboard section stalls at any azimuth.
@@ -476,19 +355,10 @@ class StaticRotor:
             If every constant pitch stalls somewhere.
         """
         psi = self._stations(positions)
-        limits = self._stall_limits()
-
-        def attached(pitch: FloatArray) -> NDArray[np.bool_]:
-            beta = np.broadcast_to(pitch, (psi.size, pitch.size))
-            flow = self._flow(psi[:, None], beta, np.zeros(()), beta)
-            alpha = (flow.phi - self.rotor.blade.twist - beta[..., None])[..., limits.sections]
-            inside = (alpha <= limits.above) & (alpha >= limits.below)
-            return np.asarray(inside.all(axis=(0, 2)))
-
-        return longest_interval(attached, *self.pitch_range)
+        return attached_pitch(self._sections, psi, self.pitch_range, self._stall_limits())
 
     def _stall_limits(self) -> StallLimits:
-        restricting = self._restricting() & ~self._blocked
+        restricting = self._restricting() & ~self._sections.blocked
         return stall_limits(self.rotor.blade.polars, self.alpha_limits, restricting)
 
     def pitch_limits(
@@ -500,9 +370,9 @@ class StaticRotor:
             if mean_pitch is None:
                 ones = np.ones(psi.size)
                 return self._clip(psi, -np.inf * ones, np.inf * ones)
-            return self._clip(psi, *self._balanced_limits(psi, self._mean(mean_pitch)))
+            return self._clip(psi, *self._balanced_limits(psi, mean_pitch))
         mean = self._mean(mean_pitch) if self.induction == "frozen" else None
-        return self._clip(psi, *self._fixed(psi, mean).limits(self._restricting()))
+        return self._clip(psi, *self._sections.held(psi, mean).limits(self._restricting()))
 
     def frozen_errors(
         self, positions: int, mean_pitch: float, window: float = float(np.deg2rad(3.0))
@@ -510,21 +380,4 @@ class StaticRotor:
         """Errors that frozen curves make at mean pitch -/+ `window` [rad]."""
         psi = self._stations(positions)
         mean = self._mean(mean_pitch)
-        model = self._fixed(psi, mean)
-        zero = np.zeros(())
-        held = self._flow(psi, np.full(psi.size, mean), zero, np.asarray(mean))
-        induced = (held.induced_normal, held.induced_tangential)
-        picked = [0, 1, 3]
-        scale = np.abs(model.loads(np.full(psi.size, mean))[picked]).mean(axis=1)
-        fit, projection = np.zeros(3), np.zeros(3)
-        for sign in (-1.0, 1.0):
-            pitch = np.full(psi.size, mean + sign * window)
-            turned = free_flow(
-                self.rotor, self.wind, self.rotor_speed, psi, pitch, yaw=self.yaw, induced=induced
-            )
-            table = self._raw_loads(held, pitch)[picked]
-            ours = model.loads(pitch)[picked]
-            moved = self._raw_loads(turned, pitch)[picked]
-            fit = np.maximum(fit, np.abs(ours - table).max(axis=1) / scale)
-            projection = np.maximum(projection, np.abs(moved - table).max(axis=1) / scale)
-        return FrozenErrors(fit=fit, projection=projection)
+        return frozen_errors(self._sections, psi, mean, window)

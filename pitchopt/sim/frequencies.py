@@ -111,8 +111,8 @@ def natural_modes(
 
 def _linear(run: TurbineRun, psi: float, speed: float) -> tuple[FloatArray, FloatArray]:
     """A and B of q'' = A q + B q' about the undeflected turbine at one azimuth."""
+    from pitchopt.sim.kernels_body import AZIMUTH
     from pitchopt.sim.kernels_march import begin
-    from pitchopt.sim.kernels_motion import AZIMUTH
 
     state = run.state
     size = state.q.size

@@ -35,7 +35,7 @@ from pitchopt.control.actuator_kernels import generator_torque, pitch_actuator
 from pitchopt.control.kernels import update
 from pitchopt.sim.channels import PER_BLADE, SCALARS
 from pitchopt.sim.compiling import compiled, inlined
-from pitchopt.sim.kernels_motion import (
+from pitchopt.sim.kernels_body import (
     AZIMUTH,
     BLADES,
     FORE_AFT,
@@ -43,12 +43,12 @@ from pitchopt.sim.kernels_motion import (
     TWIST,
     BodyTables,
     MotionWork,
-    assemble,
-    frames,
-    reactions,
-    solve,
 )
-from pitchopt.sim.kernels_rotor import InflowState, RotorTables, RotorWork, rotor_aerodynamics
+from pitchopt.sim.kernels_frames import frames
+from pitchopt.sim.kernels_motion import assemble, solve
+from pitchopt.sim.kernels_planes import InflowState, RotorTables, RotorWork
+from pitchopt.sim.kernels_reactions import reactions
+from pitchopt.sim.kernels_rotor import rotor_aerodynamics
 from pitchopt.sim.kernels_wind import WindTables, wind_speed, wind_velocity
 
 __all__ = ["Model", "State", "Work", "advance", "march", "measure", "output"]
@@ -160,7 +160,7 @@ class Work(NamedTuple):
     q, v, bend, bend_rate : ndarray
         Predicted state.
     root : ndarray (B, 6); hub, top : ndarray (6,)
-        See `pitchopt.sim.kernels_motion.reactions`.
+        See `pitchopt.sim.kernels_reactions.reactions`.
     scratch : ndarray (6, 3)
     measured, command : ndarray
         Signals of the controller.

@@ -104,8 +104,8 @@ class TurbineRun:
         the ringing of an undeflected structure under full load.  A structure that finds no rest
         within half of what counts as diverged stays as it was.
         """
+        from pitchopt.sim.kernels_body import AZIMUTH, TWIST
         from pitchopt.sim.kernels_march import begin
-        from pitchopt.sim.kernels_motion import AZIMUTH, TWIST
 
         state = self.state
         moving = np.flatnonzero(self.model.body.active)
@@ -206,9 +206,9 @@ def _state(
     torque: float,
     azimuth: float,
 ) -> Any:
+    from pitchopt.sim.kernels_body import AZIMUTH, BLADES
     from pitchopt.sim.kernels_march import State
-    from pitchopt.sim.kernels_motion import AZIMUTH, BLADES
-    from pitchopt.sim.kernels_rotor import MEMORY_PLANES, PLANE, InflowState
+    from pitchopt.sim.kernels_planes import MEMORY_PLANES, PLANE, InflowState
 
     blades, stations = dynamic.blades, dynamic.turbine.rotor.blade.span.size
     size = BLADES + 2 * blades
@@ -236,9 +236,9 @@ def _state(
 
 
 def _work(dynamic: DynamicTurbine) -> Any:
+    from pitchopt.sim.kernels_body import BLADES, MotionWork
     from pitchopt.sim.kernels_march import Work
-    from pitchopt.sim.kernels_motion import BLADES, MotionWork
-    from pitchopt.sim.kernels_rotor import PLANE, WORK_PLANES, RotorWork
+    from pitchopt.sim.kernels_planes import PLANE, WORK_PLANES, RotorWork
 
     blades = dynamic.blades
     size = BLADES + 2 * blades

@@ -243,8 +243,8 @@ def simulate(
 
 def _reason(run: TurbineRun) -> str:
     """What has gone wrong in a run that diverged."""
+    from pitchopt.sim.kernels_body import AZIMUTH
     from pitchopt.sim.kernels_march import HUNTING, hunting
-    from pitchopt.sim.kernels_motion import AZIMUTH
 
     state = run.state
     speed = float(state.v[AZIMUTH]) / run.dynamic.turbine.rated_rotor_speed

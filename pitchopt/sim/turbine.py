@@ -205,7 +205,7 @@ class DynamicTurbine:
     @cached_property
     def rotor_tables(self) -> Any:
         """`RotorTables` of the time loop."""
-        from pitchopt.sim.kernels_rotor import RotorTables, element_planes, polar_rows
+        from pitchopt.sim.kernels_planes import RotorTables, element_planes, polar_rows
 
         rotor, model = self.turbine.rotor, self.blade
         blade = rotor.blade
@@ -257,7 +257,7 @@ class DynamicTurbine:
     @cached_property
     def body_tables(self) -> Any:
         """`BodyTables` of the time loop."""
-        from pitchopt.sim.kernels_motion import BLADES, BodyTables
+        from pitchopt.sim.kernels_body import BLADES, BodyTables
 
         turbine, rotor = self.turbine, self.turbine.rotor
         blade, tower = self.blade, self.tower

@@ -13,7 +13,7 @@ from pitchopt.errors import InputError
 from pitchopt.sim import DynamicTurbine, TurbineRun
 from pitchopt.sim.kernels_balance import ACCEPT, balance, loss, newton_step
 from pitchopt.sim.kernels_math import angle, falling, sine_cosine
-from pitchopt.sim.kernels_rotor import element_planes, polar_rows
+from pitchopt.sim.kernels_planes import element_planes, polar_rows
 from pitchopt.sim.kernels_wind import table, wind_velocity
 from pitchopt.sim.wind import Reach, wind_tables
 from windfield import PowerLaw, StaticField, TurbulentField

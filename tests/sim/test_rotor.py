@@ -121,7 +121,7 @@ def test_induced_velocity_answers_a_step(nrel) -> None:
 
     W_int jumps by k = 0.6 of the step and follows with tau_1, W with tau_2 behind it.
     """
-    from pitchopt.sim import kernels_rotor as kernels
+    from pitchopt.sim import kernels_planes as kernels
 
     wind = TransientField(
         mean=StaticField(speed=1.0, hub_height=90.0), time=[0.0, 1.0, 1.001], speed=[12, 12, 12.5]
@@ -139,10 +139,10 @@ def test_induced_velocity_answers_a_step(nrel) -> None:
 
     for _ in range(100):
         run.advance(command)
-    before = normal(kernels._M_INDUCED)
-    assert before == pytest.approx(normal(kernels._M_QUASI), rel=1e-6)
+    before = normal(kernels.M_INDUCED)
+    assert before == pytest.approx(normal(kernels.M_QUASI), rel=1e-6)
     run.advance(command)
-    after = normal(kernels._M_QUASI)
+    after = normal(kernels.M_QUASI)
     assert abs(after - before) > 0.02
     tau1 = 1.1 / (1.0 - 1.3 * inflow.disc[0]) * 63.0 / inflow.disc[1]
     share = run.dynamic.turbine.rotor.blade.span[12] + 1.5
@@ -156,7 +156,7 @@ def test_induced_velocity_answers_a_step(nrel) -> None:
         expected = after + (after - before) * (
             slow * math.exp(-t / tau1) + fast * math.exp(-t / tau2)
         )
-        assert normal(kernels._M_INDUCED) == pytest.approx(expected, abs=0.01 * abs(after - before))
+        assert normal(kernels.M_INDUCED) == pytest.approx(expected, abs=0.01 * abs(after - before))
 
 
 def test_thrust_overshoots_only_with_dynamic_inflow(nrel, sheared) -> None:

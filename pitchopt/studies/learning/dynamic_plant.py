@@ -9,8 +9,8 @@ with delta = 2 pi / N the azimuth between two stations.  The half station is wha
 does not know the next profile: a blade goes from the last station of one profile to the first of
 the next, the very step that `ilc` keeps within the actuators' rate, and is there at the end of the
 interval whose middle is the position.  Position k's loads are the mean over that interval of what
-the hub transmits (`pitchopt.sim.kernels_motion.reactions`): torque about the shaft, tilt, yaw and
-thrust in the hub frame that does not turn, with inertia and gravity in them.
+the hub transmits (`pitchopt.sim.kernels_reactions.reactions`): torque about the shaft, tilt, yaw
+and thrust in the hub frame that does not turn, with inertia and gravity in them.
 
 Two ways to run the rotor:
 

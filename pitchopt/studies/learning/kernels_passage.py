@@ -26,8 +26,8 @@ import numba as nb
 
 from pitchopt.control import signals
 from pitchopt.control.kernels import update
+from pitchopt.sim.kernels_body import AZIMUTH
 from pitchopt.sim.kernels_march import RUNNING, advance, measure
-from pitchopt.sim.kernels_motion import AZIMUTH
 
 __all__ = ["march_passage"]
 
