@@ -219,9 +219,11 @@ def controller_files(
 ) -> Exported:
     """Parameters of ROSCO for individual pitch; `others` says what else the controller has."""
     from pitchopt.exports import changed_discon, discon_ipc, read_discon
-    from pitchopt.exports.rosco_ipc import FILTER_GAIN
+    from pitchopt.exports.rosco_ipc import FILTER_GAIN, check_discon_modes
 
     base = None if options["discon"] is None else read_discon(options["discon"])
+    if base is not None:
+        check_discon_modes(base)
     section = discon_ipc(
         individual,
         wind_ramp=options["wind_ramp"],

@@ -62,7 +62,8 @@ Examples:
   pitchopt tune --problem torque-gain,speed-regulator --method zoo,bayes,grid --check-seeds 6
 
 \b
-Files: tuning.json, evaluations.csv, pictures, and the journal of each study, *.sqlite. A
+Files: tuning.json, evaluations.csv, pictures, of individual-pitch controller.toml for
+pitchopt simulate and export, and the journal of each study, *.sqlite. A
 study that was stopped goes on from its journal when the same command is given again.
 
 \b
@@ -202,7 +203,9 @@ def command(**options: Any) -> int:
     name = options["turbine"] if len(tasks) > 1 else f"{tasks[0][0].name}-{options['turbine']}"
     folder = output.out_folder(options["out"], "tune", Path(name).stem, as_json=as_json)
     journals = _journals(options["journal"], folder, many=len(tasks) > 1)
-    documents, figures = [], {}
+    documents: list[dict[str, Any]] = []
+    figures: dict[str, Callable[[], bytes]] = {}
+    controllers: dict[str, str] = {}
     with Progress(compiled="the time loop") as progress:
         for place, (task, method) in enumerate(tasks, start=1):
             label = f"{place}/{len(tasks)} {method}" if len(tasks) > 1 else method
@@ -219,15 +222,16 @@ def command(**options: Any) -> int:
             )
             found = done.document(check_seeds=options["check_seeds"])
             documents.append({**found, "seconds": time.perf_counter() - start})
+            stem = f"{task.name}-{method}-" if len(tasks) > 1 else ""
+            controllers.update({f"{stem}{key}": text for key, text in done.controllers().items()})
             if folder is not None and not options["no_plots"]:
-                stem = f"{task.name}-{method}-" if len(tasks) > 1 else ""
                 figures.update({f"{stem}{key}": make for key, make in done.figures().items()})
     document = documents[0] if len(documents) == 1 else comparison_document(documents)
     output.deliver(
         document,
         "tuning.json",
         folder=folder,
-        files=lambda: _files(documents, figures),
+        files=lambda: _files(documents, figures) | controllers,
         began=began,
         as_json=as_json,
         show=print_tuning,

@@ -32,7 +32,7 @@ from numpy.typing import ArrayLike, NDArray
 from pitchopt.checks import finite_number
 from pitchopt.errors import InputError
 from pitchopt.exports.files import read_text
-from pitchopt.exports.harmonics import harmonics
+from pitchopt.exports.harmonics import even_turn, harmonics
 
 __all__ = [
     "BladeMotion",
@@ -123,10 +123,7 @@ def blade_motion(
     InputError
         If a number is out of range or the files would be longer than two million rows.
     """
-    psi = np.asarray(azimuth, dtype=np.float64)
-    beta = np.asarray(profile, dtype=np.float64)
-    if psi.ndim != 1 or psi.size == 0 or beta.shape != psi.shape:
-        raise InputError(f"profile: got shape {beta.shape}, expected {psi.shape} as azimuth has")
+    psi, beta = even_turn(azimuth, profile)
     if not np.isfinite(rotor_speed) or rotor_speed <= 0:
         raise InputError(f"rotor_speed: got {rotor_speed} rad/s, expected more than 0")
     if step is None:

@@ -79,7 +79,8 @@ def read_certificates(path: str | os.PathLike[str]) -> dict[str, Certificate]:
             for number, label in enumerate(labels)
         }
     except Exception as error:  # whatever a broken file does to its readers
-        what = f"{type(error).__name__}: {error}"
+        # numpy's advice, to unpickle what it does not know, is bad
+        what = "not an .npz file" if "pickle" in str(error) else f"{type(error).__name__}: {error}"
         raise InputError(f"certificates: {path} holds none ({what})") from error
 
 

@@ -19,14 +19,14 @@ import os
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pitchopt.checks import FloatArray, finite_array
 from pitchopt.errors import InputError
 from pitchopt.exports.files import read_text
 
-__all__ = ["Harmonics", "harmonics", "harmonics_csv", "read_harmonics_csv"]
+__all__ = ["Harmonics", "even_turn", "harmonics", "harmonics_csv", "read_harmonics_csv"]
 
-FloatArray = NDArray[np.float64]
 
 _COLUMNS = ("harmonic", "cos_deg", "sin_deg", "amplitude_deg", "phase_deg")
 
@@ -89,6 +89,28 @@ class Harmonics:
         return np.asarray((terms * order.astype(np.float64) ** derivative).sum(axis=-1))
 
 
+def even_turn(azimuth: ArrayLike, profile: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Stations and pitch of a profile (N,), checked: evenly spaced over one turn, ascending.
+
+    Raises
+    ------
+    InputError
+        If a shape differs, a number is none, or the azimuth [rad] is in degrees, uneven, or covers
+        another part of the turn.
+    """
+    psi = finite_array("azimuth", azimuth)
+    beta = finite_array("profile", profile)
+    if beta.shape != psi.shape:
+        raise InputError(f"profile: got shape {beta.shape}, expected {psi.shape} as azimuth has")
+    station = 2.0 * np.pi / psi.size
+    if psi.size > 1 and np.abs(np.diff(psi) - station).max() > 1e-3 * station:
+        raise InputError(
+            f"azimuth: got {psi[0]:.4g} to {psi[-1]:.4g} rad at {psi.size} stations, expected "
+            f"stations {station:.6g} rad apart, evenly over one turn"
+        )
+    return psi, beta
+
+
 def harmonics(azimuth: ArrayLike, profile: ArrayLike) -> Harmonics:
     """Fourier series through all stations of a profile.
 
@@ -99,10 +121,7 @@ def harmonics(azimuth: ArrayLike, profile: ArrayLike) -> Harmonics:
     profile : array (N,)
         Pitch [rad].
     """
-    psi = np.asarray(azimuth, dtype=np.float64)
-    beta = np.asarray(profile, dtype=np.float64)
-    if psi.ndim != 1 or psi.size == 0 or beta.shape != psi.shape:
-        raise InputError(f"profile: got shape {beta.shape}, expected {psi.shape} as azimuth has")
+    psi, beta = even_turn(azimuth, profile)
     spectrum = np.fft.rfft(beta) / beta.size
     order = np.arange(spectrum.size)
     spectrum = spectrum * np.exp(-1j * order * psi[0])

@@ -221,8 +221,9 @@ class ProfileSet:
         except InputError as error:
             raise InputError(f"profiles file: {shown!r}: {error}") from error
         except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+            what = "not an .npz file" if "pickle" in str(error) else error  # numpy's advice is bad
             raise InputError(
-                f"profiles file: {shown!r} is not a profiles.npz of pitchopt ({error})"
+                f"profiles file: {shown!r} is not a profiles.npz of pitchopt ({what})"
             ) from error
 
 

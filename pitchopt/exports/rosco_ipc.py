@@ -80,6 +80,32 @@ class IPCSection:
         return discon_text("INDIVIDUAL PITCH CONTROL", (*self.notes, *self.lacks), self.lines)
 
 
+_NEEDED = (
+    ("PC_ControlMode", (1.0,), "the pitch controller on"),
+    ("Y_ControlMode", (0.0, 1.0), "no yaw by individual pitch"),
+    ("Flp_Mode", (0.0,), "flaps off"),
+    ("AWC_Mode", (0.0,), "active wake control off"),
+)
+
+
+def check_discon_modes(text: str) -> None:
+    """Refuse a ``DISCON.IN`` with which ROSCO does not take individual pitch.
+
+    Raises
+    ------
+    InputError
+        Naming the parameter.
+    """
+    for name, allowed, why in _NEEDED:
+        held = discon_numbers(text, name, 1)
+        if held is not None and held[0] not in allowed:
+            expected = " or ".join(f"{value:g}" for value in allowed)
+            raise InputError(
+                f"{name}: the DISCON file has {held[0]:g}, expected {expected} beside individual "
+                f"pitch: {why}"
+            )
+
+
 def discon_ipc(
     individual: IndividualPitch,
     *,

@@ -37,7 +37,7 @@ from pitchopt.errors import InputError
 from pitchopt.exports.aerodyn import Interpolation, blade_motion
 from pitchopt.exports.discon import VERSIONS, DisconLine, discon_numbers, discon_text
 from pitchopt.exports.files import read_text
-from pitchopt.exports.harmonics import Harmonics, harmonics
+from pitchopt.exports.harmonics import Harmonics, even_turn, harmonics
 from pitchopt.exports.lead import ActuatorLag, harmonics_within, led_command, truncated
 
 __all__ = [
@@ -173,7 +173,7 @@ def open_loop(
     InputError
         If a number is out of range.
     """
-    psi, beta = np.asarray(azimuth, dtype=np.float64), np.asarray(profile, dtype=np.float64)
+    psi, beta = even_turn(azimuth, profile)
     start = finite_number("initial_azimuth", initial_azimuth)
     lead_in = _to_station(psi, start) if step is None else 0.0
     if lag is not None or keep_harmonics is not None or interpolation == "fourier":
@@ -211,8 +211,6 @@ def open_loop(
 
 def _to_station(azimuth: FloatArray, start: float) -> float:
     """Angle from `start` on to the next of evenly spaced stations [rad]."""
-    if azimuth.ndim != 1 or azimuth.size == 0:
-        return 0.0  # refused further down
     spacing = 2.0 * np.pi / azimuth.size
     rest = float(np.mod(azimuth[0] - start, spacing))
     return rest if 1e-9 < rest < spacing - 1e-9 else 0.0

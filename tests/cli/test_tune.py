@@ -11,6 +11,7 @@ import sqlite3
 import subprocess
 import sys
 import time
+import tomllib
 
 import pytest
 
@@ -352,3 +353,24 @@ def test_every_evaluation_failing(run):
     done = run(*args)
     refused(done, "cannot be judged", status=1)
     refused(run(*TORQUE, "--json", "--timeout", "1e-4", "--evaluations", "2"), "took longer", 1)
+
+
+def test_a_tuned_individual_pitch_is_written_for_simulate_and_export(run, tmp_path):
+    arguments = (
+        *("tune", "--problem", "individual-pitch", "--method", "zoo", "--evaluations", 2),
+        *("--wind-speed", 15, *SHORT, "--no-plots", "--out", "ipc"),
+    )
+    assert run(*arguments).status == 0
+    best = json.loads((tmp_path / "ipc" / "tuning.json").read_text())["best"]["x"]
+    text = tomllib.loads((tmp_path / "ipc" / "controller.toml").read_text())["individual"]
+    assert text["gain"] == pytest.approx(best[0::2])
+    assert text["offset_deg"] == pytest.approx([57.29577951308232 * x for x in best[1::2]])
+    played = run(
+        *("simulate", "--controller", "ipc/controller.toml", "--wind-speed", 15, "--pitch-lag"),
+        *(0.4, "--turbulence", "none", "--duration", 10, "--skip", 5, "--json"),
+    )
+    assert played.status == 0, played.err
+    done = run(
+        *("export", "ipc/controller.toml", "--format", "discon", "--only-1p", "--out", "rosco")
+    )
+    assert done.status == 0, done.err

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pitchopt.errors import InputError
-from pitchopt.exports import harmonics, harmonics_csv, read_harmonics_csv
+from pitchopt.exports import blade_motion, harmonics, harmonics_csv, read_harmonics_csv
+from pitchopt.exports.rosco_open_loop import open_loop
 
 
 def turn(count: int, first: float = 0.0) -> np.ndarray:
@@ -79,3 +80,24 @@ def test_bad_tables(tmp_path, text):
 def test_bad_profile():
     with pytest.raises(InputError, match=r"profile: got shape \(3,\), expected \(4,\)"):
         harmonics(turn(4), [1.0, 2.0, 3.0])
+
+
+@pytest.mark.parametrize(
+    "azimuth",
+    [
+        np.degrees(np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)),
+        np.linspace(0.0, 2.0 * np.pi, 24),
+        np.linspace(0.0, np.pi, 24, endpoint=False),
+        np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)[::-1],
+    ],
+    ids=["degrees", "the end repeated", "half a turn", "backward"],
+)
+def test_stations_that_are_not_even_over_a_turn_are_refused(azimuth):
+    profile = np.cos(np.arange(24))
+    for use in (
+        lambda: harmonics(azimuth, profile),
+        lambda: blade_motion(azimuth, profile, rotor_speed=1.0, blades=3),
+        lambda: open_loop(azimuth, profile, rotor_speed=1.0),
+    ):
+        with pytest.raises(InputError, match="azimuth"):
+            use()

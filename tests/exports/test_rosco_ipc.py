@@ -10,6 +10,7 @@ import pytest
 from pitchopt.control import IndividualPitch, to_fixed_frame
 from pitchopt.errors import InputError
 from pitchopt.exports import discon_ipc, read_discon_ipc
+from pitchopt.exports.rosco_ipc import check_discon_modes
 
 SPEED, STEP = 12.1 * math.pi / 30, 0.0125
 
@@ -198,3 +199,15 @@ def test_a_ramp_may_be_dropped(tmp_path):
     file = tmp_path / "DISCON.IN"
     file.write_text(discon_ipc(IndividualPitch(gain=np.array([1e-8])), wind_ramp=(9, 11)).text())
     assert read_discon_ipc(file, drop_ramp=True).gain == pytest.approx([1e-8])
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("PC_ControlMode", "0"), ("Y_ControlMode", "2"), ("Flp_Mode", "1"), ("AWC_Mode", "3")],
+)
+def test_a_file_with_which_rosco_takes_no_individual_pitch_is_refused(name, value):
+    good = "1 ! PC_ControlMode - on\n0 ! Y_ControlMode - off\n0 ! Flp_Mode\n0 ! AWC_Mode\n"
+    check_discon_modes(good)
+    bad = "\n".join(f"{value} ! {name}" if name in line else line for line in good.splitlines())
+    with pytest.raises(InputError, match=f"{name}: the DISCON file has {value}, expected"):
+        check_discon_modes(bad)

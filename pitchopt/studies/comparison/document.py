@@ -15,6 +15,7 @@ from pitchopt.studies.comparison.measures import LOADS
 from pitchopt.studies.comparison.methods import KNOWLEDGE, Prepared
 from pitchopt.studies.comparison.result import Comparison, Entry
 from pitchopt.studies.comparison.verdict import WORTH, added, sentences, verdicts
+from pitchopt.studies.simulation.controller_text import controller_text
 
 __all__ = ["comparison_csv", "comparison_document", "controller_files"]
 
@@ -151,39 +152,13 @@ def controller_files(result: Comparison) -> dict[str, str]:
 
 
 def _controller(result: Comparison, entry: Entry, prepared: Prepared) -> str:
-    controller = prepared.controller
-    lag = result.settings.pitch_lag
-    low = math.degrees(result.ground.case.pitch_range[0])
-    lines = [
-        (
-            f"# {result.ground.case.name}, {result.ground.wind_speed:g} m/s: {entry.method}, "
-            f"prepared in "
-            f"wind {entry.wind!r}"
+    ground, lag = result.ground, result.settings.pitch_lag
+    low = math.degrees(ground.case.pitch_range[0])
+    where = f"{ground.case.name}, {ground.wind_speed:g} m/s, wind {entry.wind!r}"
+    return controller_text(
+        prepared.controller,
+        comment=(
+            f"{where}: {entry.method}",
+            f"with pitch actuators of {lag:g} s that reach down to {low:g} deg",
         ),
-        f"# with pitch actuators of {lag:g} s that reach down to {low:g} deg",
-        'base = "baseline"',
-    ]
-    if controller.feedforward is not None:
-        profile = controller.feedforward
-        lines += [
-            "",
-            "[feedforward]",
-            f"cosine_deg = {_list(np.rad2deg(profile.cosine))}",
-            f"sine_deg = {_list(np.rad2deg(profile.sine))}",
-            f"time_constant = {profile.time_constant!r}",
-        ]
-    if controller.individual is not None:
-        part = controller.individual
-        lines += [
-            "",
-            "[individual]",
-            f"harmonics = {[int(n) for n in np.asarray(part.order)]}",
-            f"gain = {_list(part.gain)}",
-            f"offset_deg = {_list(np.rad2deg(np.asarray(part.offset)))}",
-            f"amplitude_deg = {_list(np.rad2deg(np.asarray(part.limit)))}",
-        ]
-    return "\n".join(lines) + "\n"
-
-
-def _list(values: Any) -> str:
-    return "[" + ", ".join(repr(float(value)) for value in values) + "]"
+    )

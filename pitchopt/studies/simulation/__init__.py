@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pitchopt.studies.simulation.controller_file import controller_from_table, read_controller
+from pitchopt.studies.simulation.controller_text import controller_text
 from pitchopt.studies.simulation.controllers import (
     CONTROLLERS,
     individual_pitch,
@@ -24,6 +25,7 @@ __all__ = [
     "SpeedResult",
     "WindCase",
     "controller_from_table",
+    "controller_text",
     "individual_pitch",
     "load_controller",
     "named_controller",

@@ -201,6 +201,10 @@ class MinimumPitchTuned:
             "fresh_change": tuned.change(initial),
         }
 
+    def controllers(self) -> Mapping[str, str]:
+        """See `TaskResult`; none, a controller file takes the table as it is printed."""
+        return {}
+
     def figures(self) -> Mapping[str, Callable[[], bytes]]:
         """Tables over wind speed."""
         from pitchopt.plotting import png

@@ -9,6 +9,7 @@ from os import PathLike
 from typing import Any, Protocol
 
 from pitchopt.errors import InputError
+from pitchopt.studies.simulation import controller_text
 from pitchopt.studies.tuning.document import FIRST_FRESH, agreement_record, tuned_document
 from pitchopt.studies.tuning.individual_pitch import IndividualPitchGains, individual_pitch_plant
 from pitchopt.studies.tuning.minimum_pitch_task import MinimumPitchTask
@@ -33,6 +34,9 @@ class TaskResult(Protocol):
 
     def figures(self) -> Mapping[str, Callable[[], bytes]]:
         """Pictures by the names of their files, made when they are asked for."""
+
+    def controllers(self) -> Mapping[str, str]:
+        """Controller files by name, where what was tuned has one."""
 
 
 class Task(Protocol):
@@ -125,6 +129,24 @@ class ProblemResult:
         from pitchopt.studies.tuning.pictures import pictures
 
         return pictures(self.tuned)
+
+    def controllers(self) -> Mapping[str, str]:
+        """See `TaskResult`; of individual pitch, the best point as it was simulated."""
+        problem, best = self.tuned.problem, self.tuned.best
+        if not isinstance(problem, IndividualPitchGains):
+            return {}
+        speeds = ", ".join(f"{speed:g}" for speed in problem.wind_speeds)
+        comment = (
+            (
+                f"{problem.plant.turbine.name}, {speeds} m/s: individual pitch tuned by "
+                f"{self.tuned.method}"
+            ),
+            (
+                f"with pitch actuators of {problem.plant.pitch_lag:g} s; see pitchopt simulate "
+                "--pitch-lag"
+            ),
+        )
+        return {"controller.toml": controller_text(problem.controller(best.x), comment=comment)}
 
 
 def make_task(
