@@ -83,7 +83,7 @@ KNOWLEDGE = {
     ),
     "learned": Knowledge(
         model="range and rate of the actuators",
-        wind="nothing",
+        wind="nothing: it starts where the controller has the turbine",
         loads="torque, tilt, yaw, thrust at the hub over azimuth; in steady wind lag, mean torque",
         running="azimuth",
     ),
