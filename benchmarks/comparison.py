@@ -61,7 +61,7 @@ def main(argv: list[str] | None = None) -> int:
     case = load_case("nrel-5mw").with_values({"wind.speed": WIND_SPEED})
     settings = ComparisonSettings(turbulence=WINDS)
     if args.quick:
-        case = case.with_values({"limits.positions": 6})
+        case = case.with_values({"limits.positions": 6, "aero.segments": 8})
         settings = ComparisonSettings(
             turbulence=("none", "C"),
             methods=("feed-forward", "ipc-bayes"),

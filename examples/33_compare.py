@@ -30,6 +30,8 @@ def main(argv: list[str] | None = None) -> None:
     options = parser.parse_args(argv)
 
     case = load_case("nrel-5mw").with_values({"wind.speed": 15.0, "limits.positions": 12})
+    if options.quick:
+        case = case.with_values({"limits.positions": 6, "aero.segments": 8})
     settings = ComparisonSettings(
         turbulence=("none", "C") if options.quick else ("none", "0.02", "0.05", "C", "B"),
         methods=("feed-forward", "learned", "ipc-zoo"),

@@ -160,7 +160,7 @@ WILD = st.one_of(
     loads=[np.zeros((4, 3))],
     start=-0.049999999999999996,
 )
-@settings(max_examples=40)
+@settings(max_examples=60)
 def test_no_loads_make_a_learner_break_the_limits(
     learner_type: type[Learner],
     separate: bool,
@@ -175,7 +175,7 @@ def test_no_loads_make_a_learner_break_the_limits(
     layout = plant.layout
     learner = make_learner(plant, learner_type, limits=limits, start=start, delay=delay)
     before = layout.values(learner.profile)
-    for number in range(45):
+    for number in range(60):
         wild = number >= wild_from
         exact = plant.passage(learner.profile, number)
         try:
