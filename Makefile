@@ -21,11 +21,12 @@ export OMP_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test lint format docs notebooks bench clean check-python
+.PHONY: help demo test test-slow lint format docs notebooks bench clean check-python
 
 help:
 	@echo "make demo       install and run the main job on the built-in case; tables and plots in $(OUT)/"
-	@echo "make test       install with test tools and run the tests"
+	@echo "make test       install with test tools and run the tests, but for slow ones"
+	@echo "make test-slow  the slow ones, more than about three seconds each; CI runs both"
 	@echo "make lint       ruff, mypy, import contracts"
 	@echo "make format     let ruff mend what it can"
 	@echo "make docs       the site with gallery and API in docs/_build/html; warnings are errors"
@@ -37,7 +38,10 @@ demo: $(MARK)-core
 	$(VENV)/bin/pitchopt tradeoff --case biegel2011 --out $(OUT)
 
 test: $(MARK)-test
-	$(PY) -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder $(PYTEST_ARGS)
+	$(PY) -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder -m "not slow" $(PYTEST_ARGS)
+
+test-slow: $(MARK)-test
+	$(PY) -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder -m slow $(PYTEST_ARGS)
 
 lint: $(MARK)-test
 	$(PY) -m ruff check .
